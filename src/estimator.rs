@@ -1,0 +1,273 @@
+//! The rules that hold for every filter: start, missing data, frames, sign and snapshots.
+
+use crate::filter::{Filter, Flags, Sample};
+use crate::scalar::{Mask, Real, Scalar};
+use crate::so3::{Frame, Quat, Vec3};
+use crate::trig::sin_cos;
+
+/// The longest step in s that a filter is given; a longer gap counts as this long, so that no product of a gain and
+/// a gap is beyond the range of `f32`.
+pub const LONGEST_STEP: f64 = 1.0e6;
+
+/// The sine of the angle from the vertical below which a magnetic field gives no heading.
+const VERTICAL_FIELD: f64 = 1e-6;
+
+/// How the angular rate runs between two samples of the gyroscope.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GyrHold {
+    /// The rate of a sample held over the whole step that ends with it.
+    #[default]
+    ZeroOrder,
+    /// The mean of the rates at both ends of the step.
+    Linear,
+}
+
+impl GyrHold {
+    /// Every rule with its name.
+    pub const ALL: [(&'static str, GyrHold); 2] = [("zero-order", GyrHold::ZeroOrder), ("linear", GyrHold::Linear)];
+
+    /// The rule of a name, or `None`.
+    pub fn from_name(name: &str) -> Option<GyrHold> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, hold)| hold)
+    }
+}
+
+/// What the user chooses beside a filter's own parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// The earth frame of the output.
+    pub frame: Frame,
+    /// Magnetic declination in rad, positive east.
+    pub declination: f64,
+    /// How the angular rate runs between samples.
+    pub gyr_hold: GyrHold,
+}
+
+/// The attitude and the status bits after one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Output<S: Scalar> {
+    /// From the sensor frame to the chosen earth frame.
+    pub quat: Quat<S>,
+    /// What was missing, held or rejected.
+    pub flags: Flags<S::Mask>,
+}
+
+/// A filter under the rules that hold for all of them.
+#[derive(Clone, Debug)]
+pub struct Estimator<S: Scalar, F> {
+    filter: F,
+    settings: Settings,
+    /// False where the output is in the filter's own frame.
+    turns_output: bool,
+    /// The last angular rate that was measured.
+    rate: Vec3<S>,
+    /// The last output, whose sign the next one continues.
+    quat: Quat<S>,
+    /// Set where a sample has come.
+    started: S::Mask,
+    /// Set where the inclination is known.
+    inclined: S::Mask,
+    /// Set where the heading is known.
+    headed: S::Mask,
+    /// Set where the filter's north is the magnetic one.
+    magnetic: S::Mask,
+    /// Set where an accelerometer has been given.
+    acc_seen: S::Mask,
+    /// Set where a magnetometer has been given.
+    mag_seen: S::Mask,
+}
+
+impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
+    /// A filter that takes its attitude from the first samples.
+    pub fn new(params: &F::Params, settings: Settings) -> Self {
+        let no = S::Mask::splat(false);
+        Estimator {
+            filter: F::new(params),
+            settings,
+            turns_output: settings.frame != Frame::Enu || settings.declination.abs() > 0.0,
+            rate: Vec3::zero(),
+            quat: settings.frame.from_enu(),
+            started: no,
+            inclined: no,
+            headed: no,
+            magnetic: no,
+            acc_seen: no,
+            mag_seen: no,
+        }
+    }
+
+    /// Sets the attitude one step before the first sample (chosen frame); a quaternion that has no direction is
+    /// taken for the identity.
+    pub fn start_from(&mut self, q0: Quat<S>) {
+        let yes = S::Mask::splat(true);
+        let q0 = q0.unit_or(Quat::identity());
+        self.filter.set_attitude(yes, self.settings.frame.from_enu::<S>().conj() * q0);
+        self.quat = Quat::select(q0.w.lt(S::zero()), -q0, q0);
+        (self.inclined, self.headed) = (yes, yes);
+    }
+
+    /// Goes on by `dt` seconds to a new sample. `None` is a sensor that is not there; a vector with a NaN, or whose
+    /// squared norm is zero, subnormal or not finite, is a measurement that is missing.
+    #[inline(always)]
+    pub fn step(&mut self, gyr: Vec3<S>, acc: Option<Vec3<S>>, mag: Option<Vec3<S>>, dt: S) -> Output<S> {
+        let mut flags = Flags::none();
+        // Without a given attitude the first sample aligns, and nothing turns.
+        let fresh = !(self.started | self.inclined);
+        let mut dt = dt.max(S::zero()).min(S::of(LONGEST_STEP));
+        if fresh.any() {
+            dt = S::select(fresh, S::zero(), dt);
+        }
+
+        let rate = self.angular_rate(gyr, dt, &mut flags);
+        let valid = |v: Option<Vec3<S>>| v.map_or(S::Mask::splat(false), |v| v.norm2().is_normal_norm2());
+        let (acc_valid, mag_valid) = (valid(acc), valid(mag));
+        self.acc_seen = self.acc_seen | S::Mask::splat(acc.is_some());
+        self.mag_seen = self.mag_seen | S::Mask::splat(mag.is_some());
+        flags.acc_missing = self.acc_seen & !acc_valid;
+        flags.mag_missing = self.mag_seen & !mag_valid;
+        let (acc, mag) = (acc.unwrap_or(Vec3::zero()), mag.unwrap_or(Vec3::zero()));
+
+        self.turn_to_magnetic_north(mag_valid & self.inclined & self.headed);
+        let sample =
+            Sample { gyr: rate, acc, acc_valid: acc_valid & self.inclined, mag, mag_valid: mag_valid & self.headed };
+        self.filter.step(&sample, dt);
+        self.filter.flag(&mut flags);
+        self.align(acc, acc_valid, mag, mag_valid);
+        flags.not_aligned = !self.inclined;
+
+        let mut quat = self.filter.attitude();
+        if self.turns_output {
+            quat = self.output_rotation() * quat;
+        }
+        self.quat = self.continued(quat);
+        self.started = S::Mask::splat(true);
+        Output { quat: self.quat, flags }
+    }
+
+    /// The attitude with the sign that continues the last output's; at the start with w ≥ 0.
+    #[inline(always)]
+    fn continued(&self, quat: Quat<S>) -> Quat<S> {
+        let mut reference = quat.dot(self.quat);
+        if !self.started.all() {
+            reference = S::select(self.started, reference, quat.w);
+        }
+        let turned = reference.lt(S::zero());
+        if turned.any() { Quat::select(turned, -quat, quat) } else { quat }
+    }
+
+    /// The angular rate to integrate: the measured one, or the last one where it is missing or too large to turn by.
+    #[inline(always)]
+    fn angular_rate(&mut self, gyr: Vec3<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
+        let half_dt = S::of(0.5) * dt;
+        let range = S::of(S::Real::ANGLE_RANGE);
+        let turns = |rate: Vec3<S>| {
+            let norm2 = rate.norm2();
+            norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range)
+        };
+        let valid = turns(gyr);
+        flags.gyr_held = !valid;
+        let last = self.rate;
+        let linear = self.settings.gyr_hold == GyrHold::Linear;
+        if valid.all() && !linear {
+            self.rate = gyr;
+            return gyr;
+        }
+        self.rate = Vec3::select(valid, gyr, last);
+        let mut rate = self.rate;
+        if linear {
+            rate = Vec3::select(self.started, (last + rate) * S::of(0.5), rate);
+        }
+        Vec3::select(turns(rate), rate, Vec3::zero())
+    }
+
+    /// Sets what is not known yet of inclination and heading.
+    #[inline(always)]
+    fn align(&mut self, acc: Vec3<S>, acc_valid: S::Mask, mag: Vec3<S>, mag_valid: S::Mask) {
+        let incline = acc_valid & !self.inclined;
+        if incline.any() {
+            self.filter.set_attitude(incline, inclined_by(self.filter.attitude(), acc));
+            self.inclined = self.inclined | incline;
+        }
+        let head = mag_valid & self.inclined & !self.headed;
+        if head.any() {
+            let (q, known) = headed_by(self.filter.attitude(), mag);
+            let head = head & known;
+            self.filter.set_attitude(head, q);
+            self.headed = self.headed | head;
+            self.magnetic = self.magnetic | head;
+        }
+    }
+
+    /// From the first magnetometer sample on, the filter's north is the magnetic one: a heading that was given from
+    /// true north is turned by the declination, and the output back.
+    #[inline(always)]
+    fn turn_to_magnetic_north(&mut self, lanes: S::Mask) {
+        let turn = lanes & !self.magnetic;
+        if turn.any() {
+            let q = self.declination().conj() * self.filter.attitude();
+            self.filter.set_attitude(turn, q);
+            self.magnetic = self.magnetic | turn;
+        }
+    }
+
+    /// Rz(−D): from magnetic to true north in a frame whose z points up.
+    fn declination(&self) -> Quat<S> {
+        let (sin, cos) = sin_cos(S::of(-0.5 * self.settings.declination));
+        Quat::new(cos, S::zero(), S::zero(), sin)
+    }
+
+    /// The rotation from the filter's frame to the chosen one.
+    #[inline(always)]
+    fn output_rotation(&self) -> Quat<S> {
+        let frame: Quat<S> = self.settings.frame.from_enu();
+        if self.settings.declination == 0.0 {
+            return frame;
+        }
+        Quat::select(self.magnetic, frame * self.declination(), frame)
+    }
+
+    /// The last attitude in the chosen frame; before the first sample the given one, or the frame's identity.
+    pub fn quat(&self) -> Quat<S> {
+        self.quat
+    }
+
+    /// The filter itself.
+    pub fn filter(&self) -> &F {
+        &self.filter
+    }
+
+    /// Calls `visit` for every variable that the next step depends on: what a snapshot holds.
+    pub fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.filter.each_variable(visit);
+        self.rate.each(visit);
+        self.quat.each(visit);
+        for flag in [
+            &mut self.started,
+            &mut self.inclined,
+            &mut self.headed,
+            &mut self.magnetic,
+            &mut self.acc_seen,
+            &mut self.mag_seen,
+        ] {
+            let mut number = S::select(*flag, S::one(), S::zero());
+            visit(&mut number);
+            *flag = S::of(0.5).lt(number);
+        }
+    }
+}
+
+/// The attitude turned by the shortest way so that the measured specific force points up; the heading is kept.
+#[inline(always)]
+pub fn inclined_by<S: Scalar>(q: Quat<S>, acc: Vec3<S>) -> Quat<S> {
+    (Quat::shortest_to_up(q.rotate(acc.unit())) * q).renormalized()
+}
+
+/// The attitude turned about the vertical so that the horizontal field points north, and where that is possible: the
+/// field must not be vertical.
+#[inline(always)]
+pub fn headed_by<S: Scalar>(q: Quat<S>, mag: Vec3<S>) -> (Quat<S>, S::Mask) {
+    let h = q.rotate(mag.unit());
+    let horizontal = (h.x * h.x + h.y * h.y).sqrt();
+    let known = S::of(VERTICAL_FIELD).le(horizontal);
+    ((Quat::turn_to_north(h.x, h.y, horizontal) * q).renormalized(), known)
+}

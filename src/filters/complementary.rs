@@ -1,0 +1,72 @@
+//! The complementary filter on roll and pitch.
+
+use super::Integration;
+use super::trigonometric::{accelerometer_angles, integrated};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Preset, Sample};
+use crate::scalar::Scalar;
+use crate::so3::{Euler, Quat, rotate_by};
+use crate::trig::wrap;
+
+/// The description.
+pub const SPEC: FilterSpec = FilterSpec {
+    name: "Complementary",
+    doc: "Roll and pitch are integrated from the gyroscope and drawn towards those of the specific force with a time \
+          constant: high-pass and low-pass of the same corner. The heading is integrated.",
+    source: "Parikh et al. 2021, section II.A; their α = 0.997 at 200 Hz is τ = 1.6617 s",
+    magnetometer: Magnetometer::InitialHeading,
+    feedback: true,
+    gyr_bias: false,
+    equivariance: Equivariance::No("Euler angles depend on the choice of the sensor's axes"),
+    params: PARAMS,
+    presets: &[Preset { name: "parikh2021", values: &[("tau", 0.997 / 0.003 / 200.0)] }],
+    outputs: &[],
+};
+
+params! {
+    /// Time constant τ of the correction: the gyroscope's weight in a step is α = τ/(τ + dt).
+    real tau: "s" = 1.6616666666666666 in [1e-9, 1e6];
+    choice integration: Integration;
+}
+
+/// The complementary filter on roll and pitch.
+#[derive(Clone, Debug)]
+pub struct Complementary<S> {
+    params: Params<S>,
+    q: Quat<S>,
+}
+
+impl<S: Scalar> Filter<S> for Complementary<S> {
+    type Params = Params<S>;
+    const SPEC: &'static FilterSpec = &SPEC;
+
+    fn new(params: &Params<S>) -> Self {
+        Complementary { params: params.clone(), q: Quat::identity() }
+    }
+    #[inline(always)]
+    fn attitude(&self) -> Quat<S> {
+        self.q
+    }
+    #[inline(always)]
+    fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.q = Quat::select(lanes, q, self.q);
+    }
+    #[inline(always)]
+    fn step(&mut self, sample: &Sample<S>, dt: S) {
+        let predicted = match self.params.integration {
+            Integration::Exponential => Euler::from_quat(rotate_by(self.q, sample.gyr, dt)),
+            Integration::FirstOrder => integrated(Euler::from_quat(self.q), sample.gyr, dt),
+        };
+        // θ = α (θ + ω dt) + (1 − α) θ_acc, with the difference of the angles wrapped
+        let weight = dt / (self.params.tau + dt); // 1 − α
+        let measured = accelerometer_angles(sample.acc, predicted);
+        let corrected = Euler {
+            roll: predicted.roll + weight * wrap(measured.roll - predicted.roll),
+            pitch: predicted.pitch + weight * wrap(measured.pitch - predicted.pitch),
+            yaw: predicted.yaw,
+        };
+        self.q = Euler::select(sample.acc_valid, corrected, predicted).to_quat();
+    }
+    fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.q.each(visit);
+    }
+}

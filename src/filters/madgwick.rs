@@ -1,0 +1,170 @@
+//! Madgwick's gradient-descent filter.
+
+use super::Integration;
+use super::integration::half_product;
+use super::vector::direction_error;
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
+use crate::scalar::{Mask, Real, Scalar};
+use crate::so3::{Frame, Quat, Vec3, first_order_step};
+
+/// The description.
+pub const SPEC: FilterSpec = FilterSpec {
+    name: "Madgwick",
+    doc: "The attitude follows the gyroscope and descends at a constant rate along the gradient of the squared error \
+          between measured and predicted directions of gravity and magnetic field.",
+    source: "Madgwick et al., ICORR 2011; Ludwig & Burnham 2018, Alg. 2; Çoçoli & Badia 2023, Alg. 2 with (17) \
+             divided by the norm of the gradient",
+    magnetometer: Magnetometer::Feedback,
+    feedback: true,
+    gyr_bias: true,
+    equivariance: Equivariance::Exact,
+    params: PARAMS,
+    presets: &[
+        Preset { name: "cirillo2014", values: &[("beta", 0.041)] },
+        Preset { name: "parikh2021", values: &[("beta", 0.00921)] },
+        Preset { name: "ludwig2018", values: &[("beta", 0.011765)] },
+        Preset { name: "cocoli2023", values: &[("beta", 0.05)] },
+        Preset { name: "hyyti2015", values: &[("beta", 0.1)] },
+    ],
+    outputs: &[OutputSpec {
+        name: "innovation",
+        doc: "the rotation rate 2 q* ⊗ ∇f/‖∇f‖ that the normalised gradient stands for, sensor frame, rad/s per unit β",
+        shape: &[3],
+    }],
+};
+
+choice! {
+    /// The gradient that is normalised: its part along rotations, which does not depend on the choice of axes, or
+    /// the published one, computed with north on x, whose part along q does.
+    pub enum Gradient { Tangent = "tangent", Paper = "paper" }
+}
+
+params! {
+    /// Rate β of the descent: the attitude's correction turns at 2β.
+    real beta: "rad/s" = 0.041 in [0.0, 1e6];
+    /// Gain ζ with which the direction of the descent changes the estimate of the gyroscope's bias (0: no estimate).
+    real zeta: "rad/s²" = 0.0 in [0.0, 1e6];
+    choice gradient: Gradient;
+    choice integration: Integration;
+}
+
+/// Madgwick's gradient-descent filter.
+#[derive(Clone, Debug)]
+pub struct Madgwick<S> {
+    params: Params<S>,
+    q: Quat<S>,
+    bias: Vec3<S>,
+    descent: Vec3<S>,
+}
+
+impl<S: Scalar> Filter<S> for Madgwick<S> {
+    type Params = Params<S>;
+    const SPEC: &'static FilterSpec = &SPEC;
+
+    fn new(params: &Params<S>) -> Self {
+        Madgwick { params: params.clone(), q: Quat::identity(), bias: Vec3::zero(), descent: Vec3::zero() }
+    }
+    #[inline(always)]
+    fn attitude(&self) -> Quat<S> {
+        self.q
+    }
+    #[inline(always)]
+    fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.q = Quat::select(lanes, q, self.q);
+    }
+    #[inline(always)]
+    fn step(&mut self, sample: &Sample<S>, dt: S) {
+        // ω_e = 2 q* ⊗ ∇f/‖∇f‖ (Ludwig Alg. 2, line 5, with the conjugate that it lacks), and the part along q
+        let (along_q, descent) = match self.params.gradient {
+            Gradient::Tangent => (S::zero(), tangent_descent(self.q, sample)),
+            Gradient::Paper => paper_descent(self.q, sample),
+        };
+        self.descent = descent;
+        // ω_b = ζ ∫ ω_e dt, and ω − ω_b (Ludwig Alg. 2, lines 6-7)
+        self.bias = self.bias + descent * (self.params.zeta * dt);
+        let rate = sample.gyr - self.bias - descent * self.params.beta;
+        // q̇ = ½ q ⊗ ω − β ∇f/‖∇f‖ (Ludwig Alg. 2, line 8; Çoçoli eqs 17-19)
+        self.q = match self.params.integration {
+            Integration::Exponential => Integration::Exponential.step(self.q, rate, dt),
+            Integration::FirstOrder => {
+                let q_dot = half_product(self.q, rate).plus(self.q.scale(-(self.params.beta * along_q)));
+                first_order_step(self.q, q_dot, dt)
+            }
+        };
+    }
+    #[inline(always)]
+    fn gyr_bias(&self) -> Vec3<S> {
+        self.bias
+    }
+    fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
+        self.descent.clone().each(&mut |value| put(*value));
+    }
+    fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.q.each(visit);
+        self.bias.each(visit);
+    }
+}
+
+/// ω_e for the gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a
+/// small rotation of the sensor, and Jᵀf = 2 q ⊗ of it.
+#[inline(always)]
+fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Vec3<S> {
+    let error = direction_error(q.matrix(), sample);
+    let norm = error.norm2().sqrt();
+    let known = S::of(0.5 * S::Real::GRADIENT_FLOOR).le(norm);
+    let descent = error * (S::of(-2.0) / norm);
+    if known.all() { descent } else { Vec3::select(known, descent, Vec3::zero()) }
+}
+
+/// The published gradient, normalised: its part along q and ω_e.
+#[inline(always)]
+fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> (S, Vec3<S>) {
+    // With north on x, as the published Jacobians have it.
+    let q = Frame::Nwu.from_enu::<S>() * q;
+    let zero = Quat::of([0.0; 4]);
+    let mut gradient = Quat::select(sample.acc_valid, gravity_gradient(q, sample.acc.unit()), zero);
+    if sample.mag_valid.any() {
+        gradient = gradient.plus(Quat::select(sample.mag_valid, field_gradient(q, sample.mag.unit()), zero));
+    }
+    let norm = gradient.dot(gradient).sqrt();
+    let known = S::of(S::Real::GRADIENT_FLOOR).le(norm);
+    let relative = q.conj() * gradient.scale(S::select(known, S::one() / norm, S::zero()));
+    (relative.w, relative.vector() * S::of(2.0))
+}
+
+/// Jᵀf of gravity (Çoçoli eqs 14-16), a the unit specific force.
+#[inline(always)]
+fn gravity_gradient<S: Scalar>(q: Quat<S>, a: Vec3<S>) -> Quat<S> {
+    let (one, two, four) = (S::one(), S::of(2.0), S::of(4.0));
+    let Quat { w, x, y, z } = q;
+    // eq. 15
+    let f1 = two * (x * z - w * y) - a.x;
+    let f2 = two * (w * x + y * z) - a.y;
+    let f3 = (one - two * (x * x + y * y)) - a.z;
+    // eq. 16, transposed
+    Quat::new(
+        two * (x * f2 - y * f1),
+        two * (z * f1 + w * f2) - four * x * f3,
+        two * (z * f2 - w * f1) - four * y * f3,
+        two * (x * f1 + y * f2),
+    )
+}
+
+/// Jᵀf of the magnetic field (Madgwick 2011, the field's objective and its Jacobian), m the unit field; the earth's
+/// field b = (b_x, 0, b_z) has the inclination that is measured now.
+#[inline(always)]
+fn field_gradient<S: Scalar>(q: Quat<S>, m: Vec3<S>) -> Quat<S> {
+    let (half, two, four) = (S::of(0.5), S::of(2.0), S::of(4.0));
+    let Quat { w, x, y, z } = q;
+    let h = q.rotate(m);
+    let (bx, bz) = ((h.x * h.x + h.y * h.y).sqrt(), h.z);
+    let f1 = two * (bx * (half - y * y - z * z) + bz * (x * z - w * y)) - m.x;
+    let f2 = two * (bx * (x * y - w * z) + bz * (w * x + y * z)) - m.y;
+    let f3 = two * (bx * (w * y + x * z) + bz * (half - x * x - y * y)) - m.z;
+    Quat::new(
+        two * (-(bz * y) * f1 + (bz * x - bx * z) * f2 + bx * y * f3),
+        two * (bz * z * f1 + (bx * y + bz * w) * f2 + bx * z * f3) - four * bz * x * f3,
+        two * (-(bz * w) * f1 + (bx * x + bz * z) * f2 + bx * w * f3) - four * (bx * y * f1 + bz * y * f3),
+        two * (bz * x * f1 + (bz * y - bx * w) * f2 + bx * x * f3) - four * bx * z * f1,
+    )
+}

@@ -1,0 +1,96 @@
+//! Roll and pitch by trigonometry, without a filter.
+
+use core::f64::consts::PI;
+
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Sample};
+use crate::scalar::{Mask, Real, Scalar};
+use crate::so3::{Euler, Quat, Vec3, euler_rates};
+use crate::trig::{atan2, wrap};
+
+/// The description.
+pub const SPEC: FilterSpec = FilterSpec {
+    name: "Trigonometric",
+    doc: "Roll and pitch without fusion: from the specific force of this sample (the papers' \"matrix\" method), or \
+          from the Euler rates of the gyroscope. The heading of the start is held, or integrated with the rates.",
+    source: "Çoçoli & Badia 2023, eqs 3-5, with signs for a specific force of +g at rest",
+    magnetometer: Magnetometer::InitialHeading,
+    feedback: true,
+    gyr_bias: false,
+    equivariance: Equivariance::No("Euler angles depend on the choice of the sensor's axes"),
+    params: PARAMS,
+    presets: &[],
+    outputs: &[],
+};
+
+choice! {
+    /// Where roll and pitch come from: the accelerometer (eqs 3-4), or the gyroscope by Euler rates (eq. 5), which
+    /// the accelerometer then only starts.
+    pub enum Source { Acc = "acc", Gyr = "gyr" }
+}
+
+params! {
+    choice source: Source;
+}
+
+/// Roll and pitch by trigonometry.
+#[derive(Clone, Debug)]
+pub struct Trigonometric<S> {
+    params: Params<S>,
+    euler: Euler<S>,
+}
+
+impl<S: Scalar> Filter<S> for Trigonometric<S> {
+    type Params = Params<S>;
+    const SPEC: &'static FilterSpec = &SPEC;
+
+    fn new(params: &Params<S>) -> Self {
+        Trigonometric { params: params.clone(), euler: Euler::from_quat(Quat::identity()) }
+    }
+    #[inline(always)]
+    fn attitude(&self) -> Quat<S> {
+        self.euler.to_quat()
+    }
+    #[inline(always)]
+    fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.euler = Euler::select(lanes, Euler::from_quat(q), self.euler);
+    }
+    #[inline(always)]
+    fn step(&mut self, sample: &Sample<S>, dt: S) {
+        let measured = match self.params.source {
+            Source::Acc => sample.acc_valid,
+            Source::Gyr => S::Mask::splat(false),
+        };
+        let from_acc = accelerometer_angles(sample.acc, self.euler);
+        self.euler = if measured.all() {
+            from_acc
+        } else {
+            Euler::select(measured, from_acc, integrated(self.euler, sample.gyr, dt))
+        };
+    }
+    fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.euler.each(visit);
+    }
+}
+
+/// Roll and pitch of the specific force (eqs 3-4), with the yaw of `last`. Where the force is along the sensor's x
+/// axis roll is not defined, and that of `last` is kept.
+#[inline(always)]
+pub(super) fn accelerometer_angles<S: Scalar>(acc: Vec3<S>, last: Euler<S>) -> Euler<S> {
+    let a = acc.unit();
+    let across = (a.y * a.y + a.z * a.z).sqrt();
+    let defined = S::of(S::Real::COS_PITCH_FLOOR).le(across);
+    Euler {
+        pitch: atan2(-a.x, across),                           // eq. 4, θ
+        roll: S::select(defined, atan2(a.y, a.z), last.roll), // eq. 4, φ
+        yaw: last.yaw,
+    }
+}
+
+/// The Euler angles after a first-order step of their rates (eq. 5, and the row of the yaw that it leaves out).
+#[inline(always)]
+pub(super) fn integrated<S: Scalar>(e: Euler<S>, rate: Vec3<S>, dt: S) -> Euler<S> {
+    let rates = euler_rates(e, rate);
+    let limit = S::of(PI) * S::of(S::Real::ANGLE_RANGE);
+    let go = |angle: S, rate: S| wrap(angle + (rate * dt).max(-limit).min(limit));
+    Euler { roll: go(e.roll, rates.roll), pitch: go(e.pitch, rates.pitch), yaw: go(e.yaw, rates.yaw) }
+}

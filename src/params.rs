@@ -1,0 +1,209 @@
+//! Parameters of filters: each is documented once, where it is declared, and that text reaches constructors, stubs,
+//! the command line and the docs.
+
+use core::fmt;
+
+use crate::scalar::Scalar;
+
+/// One parameter of a filter.
+#[derive(Clone, Copy, Debug)]
+pub struct ParamSpec {
+    /// The keyword.
+    pub name: &'static str,
+    /// Meaning and source.
+    pub doc: &'static str,
+    /// What values it takes.
+    pub kind: ParamKind,
+}
+
+/// What values a parameter takes.
+#[derive(Clone, Copy, Debug)]
+pub enum ParamKind {
+    /// A number.
+    Real {
+        /// SI unit.
+        unit: &'static str,
+        /// The value where none is given.
+        default: f64,
+        /// The smallest value allowed.
+        min: f64,
+        /// The largest value allowed.
+        max: f64,
+    },
+    /// One of several names; the first is the default. In a list of values it is the name's index.
+    Choice {
+        /// The names.
+        options: &'static [&'static str],
+    },
+}
+
+impl ParamSpec {
+    /// The value where none is given.
+    pub fn default(&self) -> f64 {
+        match self.kind {
+            ParamKind::Real { default, .. } => default,
+            ParamKind::Choice { .. } => 0.0,
+        }
+    }
+
+    /// The value if it is allowed.
+    pub fn check(&'static self, value: f64) -> Result<f64, ParamError> {
+        let allowed = match self.kind {
+            ParamKind::Real { min, max, .. } => value >= min && value <= max,
+            ParamKind::Choice { options } => (0..options.len()).any(|index| is_index(index, value)),
+        };
+        if allowed { Ok(value) } else { Err(ParamError { spec: self, value }) }
+    }
+}
+
+/// A value that its parameter does not take.
+#[derive(Clone, Copy, Debug)]
+pub struct ParamError {
+    /// The parameter.
+    pub spec: &'static ParamSpec,
+    /// What came.
+    pub value: f64,
+}
+
+impl fmt::Display for ParamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.spec.name;
+        match self.spec.kind {
+            ParamKind::Real { unit, min, max, .. } => {
+                let space = if unit.is_empty() { "" } else { " " };
+                write!(f, "{name} must be in [{min}, {max}]{space}{unit}, got {}", self.value)
+            }
+            ParamKind::Choice { options } => {
+                write!(f, "{name} must be the index of one of {options:?}, got {}", self.value)
+            }
+        }
+    }
+}
+
+impl core::error::Error for ParamError {}
+
+/// A choice between names, declared with [`choice!`](crate::choice).
+pub trait Choice: Copy + Default {
+    /// What the choice is about.
+    const DOC: &'static str;
+    /// The names, the default first.
+    const OPTIONS: &'static [&'static str];
+    /// The choice of an index into [`Choice::OPTIONS`]; the default beyond the last.
+    fn from_value(value: f64) -> Self;
+}
+
+/// The parameters of one filter, declared with [`params!`](crate::params).
+pub trait ParamSet<S>: Clone {
+    /// Reads values in the order of the filter's [`ParamSpec`]s; missing ones are the defaults.
+    fn from_values(values: &[f64]) -> Result<Self, ParamError>;
+}
+
+/// The value of parameter `index` in a list of values, or its default.
+pub fn value(specs: &'static [ParamSpec], index: usize, values: &[f64]) -> Result<f64, ParamError> {
+    match (specs.get(index), values.get(index)) {
+        (Some(spec), Some(&value)) => spec.check(value),
+        (Some(spec), None) => Ok(spec.default()),
+        (None, _) => Ok(0.0),
+    }
+}
+
+/// True where the value is exactly the index.
+pub fn is_index(index: usize, value: f64) -> bool {
+    value - index as f64 == 0.0
+}
+
+/// Rounds a value to the scalar.
+pub fn real<S: Scalar>(value: f64) -> S {
+    S::of(value)
+}
+
+/// Declares an enum of named choices; the first is the default.
+#[macro_export]
+macro_rules! choice {
+    ($(#[doc = $doc:literal])+ pub enum $name:ident { $first:ident = $first_text:literal $(, $more:ident = $text:literal)* $(,)? }) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub enum $name {
+            #[default]
+            #[doc = concat!("`", $first_text, "`")]
+            $first,
+            $(#[doc = concat!("`", $text, "`")] $more),*
+        }
+        impl $crate::params::Choice for $name {
+            const DOC: &'static str = concat!($($doc),+);
+            const OPTIONS: &'static [&'static str] = &[$first_text $(, $text)*];
+            fn from_value(value: f64) -> Self {
+                let all = [$name::$first $(, $name::$more)*];
+                let chosen = all.into_iter().enumerate().find(|&(index, _)| $crate::params::is_index(index, value));
+                chosen.map_or_else(Self::default, |(_, choice)| choice)
+            }
+        }
+    };
+}
+
+/// Declares the parameters of a filter: a struct `Params<S>` and the table `PARAMS` that describes it.
+#[macro_export]
+macro_rules! params {
+    ($(
+        $(#[doc = $doc:literal])*
+        $kind:ident $name:ident : $what:tt $(= $default:literal in [$min:expr, $max:expr])?
+    );* $(;)?) => {
+        /// The filter's parameters; [`PARAMS`] says what each is.
+        pub struct Params<S> {
+            $($(#[doc = $doc])* #[doc = concat!(" (`", stringify!($name), "`)")] pub $name: $crate::params!(@type S $kind $what),)*
+            /// Keeps the scalar's type where no parameter is a number.
+            pub scalar: core::marker::PhantomData<S>,
+        }
+        /// What each parameter is, in the order of a list of values.
+        pub const PARAMS: &[$crate::params::ParamSpec] = &[
+            $($crate::params::ParamSpec {
+                name: stringify!($name),
+                doc: $crate::params!(@doc $kind $what $($doc)*),
+                kind: $crate::params!(@kind $kind $what $($default, $min, $max)?),
+            },)*
+        ];
+        // By hand, because the types of the fields come from a macro, and derive takes none.
+        impl<S: Clone> Clone for Params<S> {
+            fn clone(&self) -> Self {
+                Params { $($name: self.$name.clone(),)* scalar: core::marker::PhantomData }
+            }
+        }
+        impl<S: core::fmt::Debug> core::fmt::Debug for Params<S> {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.debug_struct("Params")$(.field(stringify!($name), &self.$name))*.finish_non_exhaustive()
+            }
+        }
+        impl<S: $crate::Scalar> Default for Params<S> {
+            fn default() -> Self {
+                Params {
+                    $($name: $crate::params!(@default S $kind $what $($default)?),)*
+                    scalar: core::marker::PhantomData,
+                }
+            }
+        }
+        impl<S: $crate::Scalar> $crate::params::ParamSet<S> for Params<S> {
+            fn from_values(values: &[f64]) -> Result<Self, $crate::params::ParamError> {
+                let mut index = 0..;
+                $(
+                    let $name = $crate::params::value(PARAMS, index.next().unwrap_or(0), values)?;
+                )*
+                let _ = (&mut index, values);
+                Ok(Params { $($name: $crate::params!(@read S $kind $what $name),)* scalar: core::marker::PhantomData })
+            }
+        }
+    };
+    (@type $s:ident real $unit:tt) => { $s };
+    (@type $s:ident choice $choice:tt) => { $choice };
+    (@doc real $unit:tt $($doc:literal)*) => { concat!($($doc),*) };
+    (@doc choice $choice:tt) => { <$choice as $crate::params::Choice>::DOC };
+    (@kind real $unit:tt $default:literal, $min:expr, $max:expr) => {
+        $crate::params::ParamKind::Real { unit: $unit, default: $default, min: $min, max: $max }
+    };
+    (@kind choice $choice:tt) => {
+        $crate::params::ParamKind::Choice { options: <$choice as $crate::params::Choice>::OPTIONS }
+    };
+    (@default $s:ident real $unit:tt $default:literal) => { $crate::params::real::<$s>($default) };
+    (@default $s:ident choice $choice:tt) => { <$choice as Default>::default() };
+    (@read $s:ident real $unit:tt $value:ident) => { $crate::params::real::<$s>($value) };
+    (@read $s:ident choice $choice:tt $value:ident) => { <$choice as $crate::params::Choice>::from_value($value) };
+}
