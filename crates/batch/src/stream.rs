@@ -1,0 +1,123 @@
+//! A filter of any kind as one object that goes on from sample to sample.
+
+use ahrs_rs::{Estimator, Filter, Quat, Real, Vec3};
+
+/// A run of samples, and room for what comes out.
+pub struct Tile<'a, T> {
+    /// Angular rates in rad/s.
+    pub gyr: &'a [[T; 3]],
+    /// Specific forces in m/s², as many, or none.
+    pub acc: Option<&'a [[T; 3]]>,
+    /// Magnetic fields in µT, as many, or none.
+    pub mag: Option<&'a [[T; 3]]>,
+    /// The time in s since the sample before, as many.
+    pub dt: &'a [T],
+    /// Attitudes out.
+    pub quat: &'a mut [[T; 4]],
+    /// Gyroscope biases out, or none.
+    pub gyr_bias: Option<&'a mut [[T; 3]]>,
+    /// Status bits out.
+    pub status: &'a mut [u8],
+    /// Indices of further outputs of the filter, each with the rows' values one after the other.
+    pub extra: &'a mut [(usize, Vec<T>)],
+}
+
+/// A filter that takes samples in order of time.
+pub trait Stream<T>: Send + Sync {
+    /// Sets the attitude one step before the first sample.
+    fn start_from(&mut self, q0: [T; 4]);
+    /// Goes on by one sample and gives the status bits.
+    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8;
+    /// Goes on by the samples of a tile. Stops at the shortest of the slices.
+    fn run(&mut self, tile: &mut Tile<'_, T>);
+    /// The last attitude.
+    fn quat(&self) -> [T; 4];
+    /// The gyroscope's bias, or none.
+    fn gyr_bias(&self) -> Option<[T; 3]>;
+    /// The values of output `index` of the filter's description after the last sample.
+    fn output(&self, index: usize) -> Vec<T>;
+    /// Every variable that the next step depends on.
+    fn save(&mut self) -> Vec<f64>;
+    /// Takes back what [`Stream::save`] gave; false, and nothing changed, where the number of values is another.
+    fn load(&mut self, values: &[f64]) -> bool;
+}
+
+fn vec3<T: Real>([x, y, z]: [T; 3]) -> Vec3<T> {
+    Vec3 { x, y, z }
+}
+
+fn array3<T: Real>(v: Vec3<T>) -> [T; 3] {
+    [v.x, v.y, v.z]
+}
+
+fn array4<T: Real>(q: Quat<T>) -> [T; 4] {
+    [q.w, q.x, q.y, q.z]
+}
+
+impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
+    fn start_from(&mut self, [w, x, y, z]: [T; 4]) {
+        Estimator::start_from(self, Quat { w, x, y, z });
+    }
+
+    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8 {
+        self.step(vec3(gyr), acc.map(vec3), mag.map(vec3), dt).flags.bits(0)
+    }
+
+    fn run(&mut self, tile: &mut Tile<'_, T>) {
+        let mut acc = tile.acc.map(<[_]>::iter);
+        let mut mag = tile.mag.map(<[_]>::iter);
+        let mut gyr_bias = tile.gyr_bias.as_mut().map(|rows| rows.iter_mut());
+        for (_, values) in tile.extra.iter_mut() {
+            values.clear();
+        }
+        let samples = tile.gyr.iter().zip(tile.dt);
+        for ((&gyr, &dt), (quat, status)) in samples.zip(tile.quat.iter_mut().zip(tile.status.iter_mut())) {
+            let acc = acc.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
+            let mag = mag.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
+            let output = self.step(vec3(gyr), acc, mag, dt);
+            *quat = array4(output.quat);
+            *status = output.flags.bits(0);
+            if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+                *row = array3(self.filter().gyr_bias());
+            }
+            for (index, values) in tile.extra.iter_mut() {
+                self.filter().output(*index, &mut |value| values.push(value));
+            }
+        }
+    }
+
+    fn quat(&self) -> [T; 4] {
+        array4(Estimator::quat(self))
+    }
+
+    fn gyr_bias(&self) -> Option<[T; 3]> {
+        F::SPEC.gyr_bias.then(|| array3(self.filter().gyr_bias()))
+    }
+
+    fn output(&self, index: usize) -> Vec<T> {
+        let mut values = Vec::new();
+        self.filter().output(index, &mut |value| values.push(value));
+        values
+    }
+
+    fn save(&mut self) -> Vec<f64> {
+        let mut values = Vec::new();
+        self.each_variable(&mut |value| values.push(value.to_f64()));
+        values
+    }
+
+    fn load(&mut self, values: &[f64]) -> bool {
+        let mut count = 0;
+        self.each_variable(&mut |_| count += 1);
+        if count != values.len() {
+            return false;
+        }
+        let mut values = values.iter();
+        self.each_variable(&mut |value| {
+            if let Some(&saved) = values.next() {
+                *value = T::from_f64(saved);
+            }
+        });
+        true
+    }
+}

@@ -1,0 +1,195 @@
+//! Every check of an array that comes from Python.
+
+use ahrs_rs_batch::Number;
+use ndarray::{ArrayView2, ArrayView3, ArrayViewD, Axis, Dimension};
+use numpy::{
+    Element, IntoPyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The two dtypes of numpy that are computed in.
+pub trait Dtype: Number + Element {}
+impl Dtype for f32 {}
+impl Dtype for f64 {}
+
+/// A `ValueError` that names the argument.
+pub fn bad(name: &str, expected: &str, came: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(format!("{name}: expected {expected}, got {came}"))
+}
+
+/// A shape as Python writes it.
+pub fn shape_text(shape: &[usize]) -> String {
+    let sizes: Vec<_> = shape.iter().map(usize::to_string).collect();
+    if sizes.len() == 1 { format!("({},)", sizes.join("")) } else { format!("({})", sizes.join(", ")) }
+}
+
+/// `numpy.asarray(object)` if it holds real numbers.
+fn numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let py = object.py();
+    let array = match object.cast::<PyUntypedArray>() {
+        Ok(array) => array.clone(),
+        Err(_) => py
+            .import(intern!(py, "numpy"))?
+            .call_method1(intern!(py, "asarray"), (object,))
+            .map_err(|error| bad(name, "an array of numbers", error.value(py)))?
+            .cast_into::<PyUntypedArray>()?,
+    };
+    match array.dtype().kind() {
+        b'f' | b'i' | b'u' | b'b' => Ok(array),
+        _ => Err(bad(name, "an array of real numbers", format!("dtype {}", array.dtype()))),
+    }
+}
+
+/// Whether the object is an array of 32-bit floats.
+pub fn is_f32(name: &str, object: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let dtype = numbers(name, object)?.dtype();
+    Ok(dtype.kind() == b'f' && dtype.itemsize() == size_of::<f32>())
+}
+
+/// The object as an array of `T`; copied only where dtype, byte order or alignment ask for it.
+pub fn array<'py, T: Dtype>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    let py = object.py();
+    let array = numbers(name, object)?;
+    let aligned: bool =
+        array.getattr(intern!(py, "flags"))?.getattr(intern!(py, "aligned"))?.extract().unwrap_or(false);
+    let array = if aligned && array.cast::<PyArrayDyn<T>>().is_ok() {
+        array.into_any()
+    } else {
+        let options = PyDict::new(py);
+        options.set_item("dtype", T::DTYPE)?;
+        options.set_item("requirements", "A")?;
+        py.import(intern!(py, "numpy"))?.call_method(intern!(py, "require"), (array,), Some(&options))?
+    };
+    array
+        .cast_into::<PyArrayDyn<T>>()?
+        .try_readonly()
+        .map_err(|_| bad(name, "an array that nothing else writes to", "one that is in use as out"))
+}
+
+/// The measurements of `n` recordings of `t` samples, (T, 3) or (N, T, 3), as (N, T, 3).
+pub fn rows3<'a, T: Dtype>(name: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<ArrayView3<'a, T>> {
+    let view = array.as_array();
+    let shape = view.shape().to_vec();
+    match shape.as_slice() {
+        [_, 3] => view.insert_axis(Axis(0)).into_dimensionality(),
+        [_, _, 3] => view.into_dimensionality(),
+        _ => return Err(bad(name, "shape (T, 3) or (N, T, 3)", shape_text(&shape))),
+    }
+    .map_err(|error| bad(name, "shape (T, 3) or (N, T, 3)", error))
+}
+
+/// Checks that another sensor's array has the shape of the gyroscope's.
+pub fn same_shape(name: &str, shape: &[usize], gyr: &[usize]) -> PyResult<()> {
+    if shape == gyr {
+        return Ok(());
+    }
+    Err(bad(name, &format!("the shape of gyr, {}", shape_text(gyr)), shape_text(shape)))
+}
+
+/// Checks that no value is infinite (NaN is missing data).
+pub fn check_not_infinite<T: Dtype>(name: &str, view: &ArrayViewD<'_, T>) -> Result<(), String> {
+    let infinite = |value: &T| T::splat(T::MAX).lt(value.abs());
+    // Reducing without a branch is several times as fast as stopping at the first.
+    let any = match view.as_slice_memory_order() {
+        Some(values) => values.iter().fold(false, |any, value| any | infinite(value)),
+        None => view.iter().fold(false, |any, value| any | infinite(value)),
+    };
+    if !any {
+        return Ok(());
+    }
+    let first = view.indexed_iter().find(|(_, value)| infinite(value)).map(|(index, _)| index);
+    let index = first.map(|index| index.slice().to_vec()).unwrap_or_default();
+    Err(format!(
+        "{name}: expected finite values or NaN (missing), got an infinite value at index {}",
+        shape_text(&index)
+    ))
+}
+
+/// Checks the stamps of one recording: finite and not decreasing, from `last` on where there is one.
+pub fn check_stamps(stamps: impl Iterator<Item = f64>, last: Option<f64>) -> Result<(), String> {
+    let mut before = last;
+    for (index, stamp) in stamps.enumerate() {
+        if !stamp.is_finite() {
+            return Err(format!("t: expected finite stamps, got {stamp} at index {index}"));
+        }
+        if let Some(before) = before.filter(|&before| stamp < before) {
+            return Err(format!(
+                "t: expected stamps that do not decrease, got {stamp} after {before} at index {index}"
+            ));
+        }
+        before = Some(stamp);
+    }
+    Ok(())
+}
+
+/// The stamps of `n` recordings of `samples` each, (T,) or (N, T), as (N, T) or (1, T) for all.
+pub fn stamps<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, shape: &[usize]) -> PyResult<ArrayView2<'a, f64>> {
+    let view = array.as_array();
+    let own = view.shape().to_vec();
+    let expected = match shape {
+        [n, t, _] => format!("({t},) or ({n}, {t})"),
+        [t, _] => format!("({t},)"),
+        _ => String::new(),
+    };
+    let view = match (own.as_slice(), shape) {
+        ([own], [t, _] | [_, t, _]) if own == t => view.insert_axis(Axis(0)),
+        ([rows, own], [n, t, _]) if rows == n && own == t => view,
+        _ => return Err(bad("t", &format!("shape {expected}"), shape_text(&own))),
+    };
+    view.into_dimensionality().map_err(|error| bad("t", &expected, error))
+}
+
+/// Unit quaternions (4,), or (N, 4) for `n` recordings, one per recording.
+pub fn start_quats<T: Dtype>(object: &Bound<'_, PyAny>, n: Option<usize>) -> PyResult<Vec<[T; 4]>> {
+    let array = array::<f64>("q0", object)?;
+    let view = array.as_array();
+    let expected = n.map_or("shape (4,)".to_owned(), |n| format!("shape (4,) or ({n}, 4)"));
+    let rows: Vec<f64> = match (view.shape(), n) {
+        ([4], _) => view.iter().copied().cycle().take(4 * n.unwrap_or(1)).collect(),
+        ([rows, 4], Some(n)) if *rows == n => view.iter().copied().collect(),
+        (shape, _) => return Err(bad("q0", &expected, shape_text(shape))),
+    };
+    let unit = |row: &[f64; 4]| {
+        let largest = row.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        if !row.iter().all(|value| value.is_finite()) || largest < f64::MIN_POSITIVE {
+            return Err(bad("q0", "a quaternion of finite, non-zero norm", format!("{row:?}")));
+        }
+        let norm = row.iter().map(|value| (value / largest).powi(2)).sum::<f64>().sqrt();
+        Ok(row.map(|value| T::from_f64(value / largest / norm)))
+    };
+    rows.as_chunks::<4>().0.iter().map(unit).collect()
+}
+
+/// A vector of three numbers that are not infinite, for one streaming update.
+pub fn vector<T: Dtype>(name: &str, object: &Bound<'_, PyAny>) -> PyResult<[T; 3]> {
+    let array = array::<T>(name, object)?;
+    let view = array.as_array();
+    if view.shape() != [3] {
+        return Err(bad(name, "shape (3,)", shape_text(view.shape())));
+    }
+    check_not_infinite(name, &view).map_err(PyValueError::new_err)?;
+    let mut values = view.iter().copied();
+    Ok([(); 3].map(|()| values.next().unwrap_or(T::zero())))
+}
+
+/// The array given as `out`, if results of this shape and dtype can be written into it.
+pub fn output<'py, T: Dtype>(object: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    let expected = format!("a writeable {} array of shape {}", T::DTYPE, shape_text(shape));
+    let array = object.cast::<PyArrayDyn<T>>().map_err(|_| match object.cast::<PyUntypedArray>() {
+        Ok(array) => bad("out", &expected, format!("dtype {}", array.dtype())),
+        Err(_) => bad("out", &expected, object.get_type()),
+    })?;
+    if array.shape() != shape {
+        return Err(bad("out", &expected, shape_text(array.shape())));
+    }
+    Ok(array.clone())
+}
+
+/// A numpy array that takes over the values.
+pub fn to_numpy<T: Dtype>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyAny> {
+    values.into_pyarray(py).into_any()
+}

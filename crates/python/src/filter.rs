@@ -1,0 +1,260 @@
+//! The base class of all filter classes.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use ahrs_rs::estimator::LONGEST_STEP;
+use ahrs_rs::{Frame, GyrHold, Settings};
+use ahrs_rs_batch::{Entry, Stream, entry};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::arrays::{Dtype, array, bad, is_f32, start_quats, to_numpy, vector};
+use crate::run::{Arguments, run};
+
+/// A snapshot: every variable of the filter, the last stamp in s where stamps were given, and the number of samples.
+pub type Snapshot = (Vec<f64>, Option<f64>, u64);
+
+/// What a filter object is made of, and what a run needs to make more of its kind.
+pub struct Recipe {
+    pub entry: &'static Entry,
+    pub values: Vec<f64>,
+    pub settings: Settings,
+    pub rate: Option<f64>,
+}
+
+impl Recipe {
+    /// A new filter with these parameters, going on from the snapshot where there is one.
+    pub fn stream<T: Dtype>(&self, snapshot: Option<&Snapshot>) -> PyResult<Box<dyn Stream<T>>> {
+        let mut stream = T::stream(self.entry, &self.values, self.settings)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        match snapshot {
+            Some((values, _, _)) if !stream.load(values) => {
+                Err(bad("state", &format!("a state of {}", self.entry.spec.name), format!("{} values", values.len())))
+            }
+            _ => Ok(stream),
+        }
+    }
+}
+
+/// The filter in use, and its clock.
+struct Current<T> {
+    stream: Box<dyn Stream<T>>,
+    status: u8,
+    last_stamp: Option<f64>,
+    samples: u64,
+}
+
+enum Live {
+    F32(Current<f32>),
+    F64(Current<f64>),
+}
+
+/// Calls the same code for either dtype.
+macro_rules! with_live {
+    ($live:expr, $current:ident => $body:expr) => {
+        match $live {
+            Live::F32($current) => $body,
+            Live::F64($current) => $body,
+        }
+    };
+}
+
+/// A filter with its parameters: the native part of every filter class.
+#[pyclass(subclass, frozen, module = "ahrs_rs._native")]
+pub struct NativeFilter {
+    recipe: Recipe,
+    live: Mutex<Live>,
+}
+
+impl NativeFilter {
+    /// The state under its lock. A panic while it was held left whole numbers, so the lock is taken all the same.
+    fn lock(&self) -> MutexGuard<'_, Live> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The time step of one update in s.
+    fn step(&self, dt: Option<f64>) -> PyResult<f64> {
+        match (dt, self.recipe.rate) {
+            (Some(dt), _) if dt.is_finite() && dt >= 0.0 => Ok(dt),
+            (Some(dt), _) => Err(bad("dt", "a finite number of seconds, not negative", dt)),
+            (None, Some(rate)) => Ok(1.0 / rate),
+            (None, None) => Err(bad("dt", "a time step in s, as the filter was made without rate", "None")),
+        }
+    }
+}
+
+impl<T: Dtype> Current<T> {
+    fn new(recipe: &Recipe, snapshot: Option<&Snapshot>) -> PyResult<Self> {
+        let stream = recipe.stream(snapshot)?;
+        let (last_stamp, samples) = snapshot.map_or((None, 0), |(_, last, samples)| (*last, *samples));
+        Ok(Current { stream, status: 0, last_stamp, samples })
+    }
+
+    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: f64) -> [T; 4] {
+        self.status = self.stream.update(gyr, acc, mag, T::from_f64(dt.min(LONGEST_STEP)));
+        self.last_stamp = self.last_stamp.map(|last| last + dt);
+        self.samples += 1;
+        self.stream.quat()
+    }
+
+    fn reset(&mut self, recipe: &Recipe, q0: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let q0 = q0.map(|q0| start_quats::<T>(q0, None)).transpose()?;
+        *self = Current::new(recipe, None)?;
+        if let Some(&q0) = q0.as_ref().and_then(|q0| q0.first()) {
+            self.stream.start_from(q0);
+        }
+        Ok(())
+    }
+}
+
+/// The vector of a sensor that may not be there.
+fn read<T: Dtype>(name: &str, object: Option<&Bound<'_, PyAny>>) -> PyResult<Option<[T; 3]>> {
+    object.map(|object| vector(name, object)).transpose()
+}
+
+#[pymethods]
+impl NativeFilter {
+    #[new]
+    #[pyo3(signature = (name, values, rate, frame, declination, gyr_hold, dtype))]
+    fn new(
+        name: &str,
+        values: Vec<f64>,
+        rate: Option<f64>,
+        frame: &str,
+        declination: f64,
+        gyr_hold: &str,
+        dtype: &str,
+    ) -> PyResult<Self> {
+        let entry = entry(name).ok_or_else(|| bad("name", "the name of a filter", name))?;
+        if let Some(rate) = rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+            return Err(bad("rate", "a positive, finite number of Hz", rate));
+        }
+        if !declination.is_finite() || declination.abs() > std::f64::consts::PI {
+            return Err(bad("declination", "an angle in rad in [-pi, pi]", declination));
+        }
+        let names = |all: &[&str]| format!("one of {all:?}");
+        let settings = Settings {
+            frame: Frame::from_name(frame)
+                .ok_or_else(|| bad("frame", &names(&Frame::ALL.map(|(name, _)| name)), format!("{frame:?}")))?,
+            declination,
+            gyr_hold: GyrHold::from_name(gyr_hold)
+                .ok_or_else(|| bad("gyr_hold", &names(&GyrHold::ALL.map(|(name, _)| name)), format!("{gyr_hold:?}")))?,
+        };
+        let recipe = Recipe { entry, values, settings, rate };
+        let live = match dtype {
+            "float32" => Live::F32(Current::new(&recipe, None)?),
+            "float64" => Live::F64(Current::new(&recipe, None)?),
+            _ => return Err(bad("dtype", "float32 or float64", dtype)),
+        };
+        Ok(NativeFilter { recipe, live: Mutex::new(live) })
+    }
+
+    /// Goes on by one sample; the attitude (4,).
+    #[pyo3(signature = (gyr, acc=None, mag=None, dt=None))]
+    fn update<'py>(
+        &self,
+        py: Python<'py>,
+        gyr: &Bound<'py, PyAny>,
+        acc: Option<&Bound<'py, PyAny>>,
+        mag: Option<&Bound<'py, PyAny>>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let dt = self.step(dt)?;
+        // Read before the lock is taken: reading may run Python code, and that may call this filter.
+        let narrow = matches!(&*self.lock(), Live::F32(_));
+        if narrow {
+            let (gyr, acc, mag) = (vector::<f32>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
+            if let Live::F32(current) = &mut *self.lock() {
+                return Ok(to_numpy(py, current.update(gyr, acc, mag, dt).to_vec()));
+            }
+        } else {
+            let (gyr, acc, mag) = (vector::<f64>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
+            if let Live::F64(current) = &mut *self.lock() {
+                return Ok(to_numpy(py, current.update(gyr, acc, mag, dt).to_vec()));
+            }
+        }
+        Err(bad("dtype", "a filter that keeps its dtype", "another one"))
+    }
+
+    /// Starts anew, from the attitude q0 where one is given.
+    #[pyo3(signature = (q0=None))]
+    fn reset(&self, q0: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        with_live!(&mut *self.lock(), current => current.reset(&self.recipe, q0))
+    }
+
+    /// The last attitude (4,).
+    #[getter]
+    fn quat<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        with_live!(&*self.lock(), current => to_numpy(py, current.stream.quat().to_vec()))
+    }
+
+    /// The gyroscope's bias (3,) in rad/s, or None.
+    #[getter]
+    fn gyr_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+        with_live!(&*self.lock(), current => current.stream.gyr_bias().map(|bias| to_numpy(py, bias.to_vec())))
+    }
+
+    /// The status bits of the last update.
+    fn _status(&self) -> u8 {
+        with_live!(&*self.lock(), current => current.status)
+    }
+
+    /// The values of an output after the last update, in its shape.
+    fn _output<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
+        let outputs = self.recipe.entry.spec.outputs;
+        let output = outputs.get(index).ok_or_else(|| bad("index", "that of an output", index))?;
+        let flat = with_live!(&*self.lock(), current => to_numpy(py, current.stream.output(index)));
+        flat.call_method1("reshape", (output.shape.to_vec(),))
+    }
+
+    /// A snapshot: (variables, last stamp or None, samples).
+    fn _snapshot(&self) -> Snapshot {
+        with_live!(&mut *self.lock(), current => (current.stream.save(), current.last_stamp, current.samples))
+    }
+
+    /// Goes back to a snapshot.
+    fn _restore(&self, snapshot: Snapshot) -> PyResult<()> {
+        match &mut *self.lock() {
+            Live::F32(current) => *current = Current::new(&self.recipe, Some(&snapshot))?,
+            Live::F64(current) => *current = Current::new(&self.recipe, Some(&snapshot))?,
+        }
+        Ok(())
+    }
+
+    /// Whether a run over these arrays is computed in float32.
+    #[staticmethod]
+    #[pyo3(signature = (gyr, acc=None, mag=None))]
+    fn _is_float32(
+        gyr: &Bound<'_, PyAny>,
+        acc: Option<&Bound<'_, PyAny>>,
+        mag: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<bool> {
+        let given = [("gyr", Some(gyr)), ("acc", acc), ("mag", mag)];
+        given
+            .into_iter()
+            .try_fold(true, |all, (name, object)| Ok(object.map_or(Ok(true), |object| is_f32(name, object))? && all))
+    }
+
+    /// Runs over whole recordings: (quat, `gyr_bias` or None, status, outputs, snapshots).
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the Python method")]
+    #[pyo3(signature = (gyr, acc, mag, t, q0, states, outputs, out, threads, float32))]
+    fn _run<'py>(
+        &self,
+        py: Python<'py>,
+        gyr: &Bound<'py, PyAny>,
+        acc: Option<&Bound<'py, PyAny>>,
+        mag: Option<&Bound<'py, PyAny>>,
+        t: Option<&Bound<'py, PyAny>>,
+        q0: Option<&Bound<'py, PyAny>>,
+        states: Option<Vec<Snapshot>>,
+        outputs: Vec<usize>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+        float32: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let t = t.map(|t| array::<f64>("t", t)).transpose()?;
+        let arguments =
+            Arguments { gyr, acc, mag, t: t.as_ref(), q0, states: states.as_deref(), outputs: &outputs, out, threads };
+        if float32 { run::<f32>(py, &self.recipe, &arguments) } else { run::<f64>(py, &self.recipe, &arguments) }
+    }
+}

@@ -1,0 +1,23 @@
+//! The native part of the Python package `ahrs_rs`.
+
+// PyO3's macros expand to code that these lints see as ours.
+#![allow(clippy::needless_pass_by_value)]
+
+mod arrays;
+mod describe;
+mod euler;
+mod filter;
+mod run;
+
+use pyo3::prelude::*;
+
+/// The compiled core of `ahrs_rs`.
+#[pymodule(gil_used = false)]
+mod _native {
+    #[pymodule_export]
+    use super::describe::{frames, gyr_holds, registry};
+    #[pymodule_export]
+    use super::euler::{euler_angles, rotation_matrices};
+    #[pymodule_export]
+    use super::filter::NativeFilter;
+}
