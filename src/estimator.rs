@@ -112,7 +112,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     pub fn step(&mut self, gyr: Vec3<S>, acc: Option<Vec3<S>>, mag: Option<Vec3<S>>, dt: S) -> Output<S> {
         let mut flags = Flags::none();
         // Without a given attitude the first sample aligns, and nothing turns.
-        let fresh = !(self.started | self.inclined);
+        let fresh = self.is_fresh();
         let mut dt = dt.max(S::zero()).min(S::of(LONGEST_STEP));
         if fresh.any() {
             dt = S::select(fresh, S::zero(), dt);
@@ -224,6 +224,12 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             return frame;
         }
         Quat::select(self.magnetic, frame * self.declination(), frame)
+    }
+
+    /// Set where no sample has come and no attitude was given: the first sample aligns, and its step does not matter.
+    #[inline(always)]
+    pub fn is_fresh(&self) -> S::Mask {
+        !(self.started | self.inclined)
     }
 
     /// The last attitude in the chosen frame; before the first sample the given one, or the frame's identity.

@@ -11,7 +11,8 @@ use crate::so3::{Frame, Quat, Vec3, first_order_step};
 pub const SPEC: FilterSpec = FilterSpec {
     name: "Madgwick",
     doc: "The attitude follows the gyroscope and descends at a constant rate along the gradient of the squared error \
-          between measured and predicted directions of gravity and magnetic field.",
+          between measured and predicted directions of gravity and magnetic field. A step that would turn by more \
+          than 0.1 rad is a gap in the data, and turns no further than the error.",
     source: "Madgwick et al., ICORR 2011; Ludwig & Burnham 2018, Alg. 2; Çoçoli & Badia 2023, Alg. 2 with (17) \
              divided by the norm of the gradient",
     magnetometer: Magnetometer::Feedback,
@@ -48,6 +49,9 @@ params! {
     choice integration: Integration;
 }
 
+/// A correction of one step in rad above which the step is a gap, not a sampling interval.
+const LARGE_TURN: f64 = 0.1;
+
 /// Madgwick's gradient-descent filter.
 #[derive(Clone, Debug)]
 pub struct Madgwick<S> {
@@ -75,19 +79,29 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     #[inline(always)]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // ω_e = 2 q* ⊗ ∇f/‖∇f‖ (Ludwig Alg. 2, line 5, with the conjugate that it lacks), and the part along q
-        let (along_q, descent) = match self.params.gradient {
-            Gradient::Tangent => (S::zero(), tangent_descent(self.q, sample)),
+        let Descent { along_q, rate: descent, error } = match self.params.gradient {
+            Gradient::Tangent => tangent_descent(self.q, sample),
             Gradient::Paper => paper_descent(self.q, sample),
         };
         self.descent = descent;
+        // After a gap one sample's gradient stands for the whole of it: it may reach the minimum, not pass it.
+        let mut beta = self.params.beta;
+        let mut feedback = dt;
+        let turn = S::of(2.0) * beta * dt;
+        let gap = S::of(LARGE_TURN).lt(turn);
+        if gap.any() {
+            let share = error.max(S::of(LARGE_TURN)).min(turn) / turn;
+            feedback = S::select(gap, dt * share, dt);
+            beta = S::select(gap, beta * share, beta);
+        }
         // ω_b = ζ ∫ ω_e dt, and ω − ω_b (Ludwig Alg. 2, lines 6-7)
-        self.bias = self.bias + descent * (self.params.zeta * dt);
-        let rate = sample.gyr - self.bias - descent * self.params.beta;
+        self.bias = self.bias + descent * (self.params.zeta * feedback);
+        let rate = sample.gyr - self.bias - descent * beta;
         // q̇ = ½ q ⊗ ω − β ∇f/‖∇f‖ (Ludwig Alg. 2, line 8; Çoçoli eqs 17-19)
         self.q = match self.params.integration {
             Integration::Exponential => Integration::Exponential.step(self.q, rate, dt),
             Integration::FirstOrder => {
-                let q_dot = half_product(self.q, rate).plus(self.q.scale(-(self.params.beta * along_q)));
+                let q_dot = half_product(self.q, rate).plus(self.q.scale(-(beta * along_q)));
                 first_order_step(self.q, q_dot, dt)
             }
         };
@@ -105,20 +119,31 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     }
 }
 
-/// ω_e for the gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a
-/// small rotation of the sensor, and Jᵀf = 2 q ⊗ of it.
+/// The normalised gradient.
+struct Descent<S> {
+    /// Its part along q, which turns nothing.
+    along_q: S,
+    /// ω_e, the rotation rate that it stands for, of length 2 (less what is along q).
+    rate: Vec3<S>,
+    /// Half the norm of the gradient: in rad, the angle to the minimum where that is near.
+    error: S,
+}
+
+/// The gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a small
+/// rotation of the sensor, and Jᵀf = 2 q ⊗ of it.
 #[inline(always)]
-fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Vec3<S> {
+fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     let error = direction_error(q.matrix(), sample);
     let norm = error.norm2().sqrt();
     let known = S::of(0.5 * S::Real::GRADIENT_FLOOR).le(norm);
-    let descent = error * (S::of(-2.0) / norm);
-    if known.all() { descent } else { Vec3::select(known, descent, Vec3::zero()) }
+    let rate = error * (S::of(-2.0) / norm);
+    let rate = if known.all() { rate } else { Vec3::select(known, rate, Vec3::zero()) };
+    Descent { along_q: S::zero(), rate, error: norm }
 }
 
-/// The published gradient, normalised: its part along q and ω_e.
+/// The published gradient.
 #[inline(always)]
-fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> (S, Vec3<S>) {
+fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     // With north on x, as the published Jacobians have it.
     let q = Frame::Nwu.from_enu::<S>() * q;
     let zero = Quat::of([0.0; 4]);
@@ -129,7 +154,7 @@ fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> (S, Vec3<S>) {
     let norm = gradient.dot(gradient).sqrt();
     let known = S::of(S::Real::GRADIENT_FLOOR).le(norm);
     let relative = q.conj() * gradient.scale(S::select(known, S::one() / norm, S::zero()));
-    (relative.w, relative.vector() * S::of(2.0))
+    Descent { along_q: relative.w, rate: relative.vector() * S::of(2.0), error: S::of(0.5) * norm }
 }
 
 /// Jᵀf of gravity (Çoçoli eqs 14-16), a the unit specific force.

@@ -3,14 +3,15 @@
 use super::Integration;
 use super::vector::direction_error;
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
     name: "Mahony",
     doc: "The angular rate is corrected in proportion to the error between measured and predicted directions of \
-          gravity and magnetic field, and by its integral, which is the gyroscope's bias.",
+          gravity and magnetic field, and by its integral, which is the gyroscope's bias. In a gap of more than \
+          1/(2 kp) the feedback counts for that long only: two directions pull with up to 2 kp.",
     source: "Mahony et al., IEEE TAC 53(5), 2008 (explicit complementary filter); Ludwig & Burnham 2018, Alg. 1; \
              Çoçoli & Badia 2023, Alg. 1",
     magnetometer: Magnetometer::Feedback,
@@ -68,10 +69,18 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // Ludwig Alg. 1, lines 1-3; Çoçoli eq. 9 with the accelerometer normalised
         self.error = direction_error(self.q.matrix(), sample);
+        // After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
+        let mut kp = self.params.kp;
+        let mut feedback = dt;
+        let gap = S::of(0.5).lt(kp * dt);
+        if gap.any() {
+            feedback = S::select(gap, S::of(0.5) / kp, dt);
+            kp = S::select(gap, S::of(0.5) / dt, kp);
+        }
         // Ludwig Alg. 1, line 4; Çoçoli eq. 10 (their integral error is −bias/ki)
-        self.bias = self.bias - self.error * (self.params.ki * dt);
+        self.bias = self.bias - self.error * (self.params.ki * feedback);
         // Ludwig Alg. 1, line 5; Çoçoli eq. 11
-        let rate = sample.gyr - self.bias + self.error * self.params.kp;
+        let rate = sample.gyr - self.bias + self.error * kp;
         // Ludwig Alg. 1, line 6; Çoçoli eqs 12-13
         self.q = self.params.integration.step(self.q, rate, dt);
     }

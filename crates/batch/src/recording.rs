@@ -43,52 +43,36 @@ pub struct Outputs<'a, T> {
     pub extra: Vec<(usize, ArrayViewMut2<'a, T>)>,
 }
 
-/// The buffers of a tile of inputs.
-struct Staged<T> {
-    gyr: Vec<[T; 3]>,
-    acc: Vec<[T; 3]>,
-    mag: Vec<[T; 3]>,
-    dt: Vec<T>,
-}
-
 /// Runs the stream over the recording.
 pub fn run<T: Number>(stream: &mut dyn Stream<T>, recording: &Recording<'_, T>, outputs: &mut Outputs<'_, T>) {
     let total = recording.gyr.nrows();
-    let mut staged = Staged { gyr: Vec::new(), acc: Vec::new(), mag: Vec::new(), dt: Vec::new() };
-    let zero = T::zero();
-    let mut quat = vec![[zero; 4]; TILE.min(total)];
-    let mut gyr_bias = vec![[zero; 3]; if outputs.gyr_bias.is_some() { TILE.min(total) } else { 0 }];
-    let mut status = vec![0; TILE.min(total)];
+    let (mut gyr, mut acc, mut mag) = (Vec::new(), Vec::new(), Vec::new());
+    let mut dt = Vec::with_capacity(TILE.min(total));
+    let (mut quat, mut gyr_bias, mut status) = (Vec::new(), Vec::new(), Vec::new());
     let mut extra: Vec<_> = outputs.extra.iter().map(|(index, _)| (*index, Vec::new())).collect();
 
     for start in (0..total).step_by(TILE) {
         let end = total.min(start + TILE);
         let rows = s![start..end, ..];
-        stage(&mut staged.gyr, &recording.gyr.slice(rows));
-        if let Some(acc) = &recording.acc {
-            stage(&mut staged.acc, &acc.slice(rows));
-        }
-        if let Some(mag) = &recording.mag {
-            stage(&mut staged.mag, &mag.slice(rows));
-        }
-        stage_steps(&mut staged.dt, &recording.time, start, end);
+        stage_steps(&mut dt, &recording.time, start, end);
+        let mut quat_out = outputs.quat.slice_mut(rows);
+        let mut bias_out = outputs.gyr_bias.as_mut().map(|out| out.slice_mut(rows));
+        let mut status_out = outputs.status.slice_mut(s![start..end]).insert_axis(Axis(1));
         stream.run(&mut Tile {
-            gyr: &staged.gyr,
-            acc: recording.acc.as_ref().map(|_| staged.acc.as_slice()),
-            mag: recording.mag.as_ref().map(|_| staged.mag.as_slice()),
-            dt: &staged.dt,
-            quat: &mut quat,
-            gyr_bias: outputs.gyr_bias.as_ref().map(|_| gyr_bias.as_mut_slice()),
-            status: &mut status,
+            gyr: staged(&mut gyr, &recording.gyr.slice_move(rows)),
+            acc: recording.acc.map(|view| staged(&mut acc, &view.slice_move(rows))),
+            mag: recording.mag.map(|view| staged(&mut mag, &view.slice_move(rows))),
+            dt: &dt,
+            quat: room(&mut quat, &mut quat_out),
+            gyr_bias: bias_out.as_mut().map(|out| room(&mut gyr_bias, out)),
+            status: room::<u8, 1>(&mut status, &mut status_out).as_flattened_mut(),
             extra: &mut extra,
         });
-        write_rows(outputs.quat.slice_mut(rows), &quat);
-        if let Some(out) = &mut outputs.gyr_bias {
-            write_rows(out.slice_mut(rows), &gyr_bias);
+        write_back(&quat, &mut quat_out);
+        if let Some(out) = &mut bias_out {
+            write_back(&gyr_bias, out);
         }
-        for (out, bits) in outputs.status.slice_mut(s![start..end]).iter_mut().zip(&status) {
-            *out = *bits;
-        }
+        write_back(&status, &mut status_out);
         for ((_, out), (_, values)) in outputs.extra.iter_mut().zip(&extra) {
             for (out, value) in out.slice_mut(rows).iter_mut().zip(values) {
                 *out = *value;
@@ -97,14 +81,39 @@ pub fn run<T: Number>(stream: &mut dyn Stream<T>, recording: &Recording<'_, T>, 
     }
 }
 
-/// Copies the rows of an array of any layout next to each other.
-fn stage<T: Number>(buffer: &mut Vec<[T; 3]>, rows: &ArrayView2<'_, T>) {
+/// The rows of an array next to each other: where they lie, or copied into the buffer.
+fn staged<'a, T: Number>(buffer: &'a mut Vec<[T; 3]>, rows: &ArrayView2<'a, T>) -> &'a [[T; 3]] {
+    if let Some(values) = rows.to_slice() {
+        return values.as_chunks::<3>().0;
+    }
     buffer.clear();
-    if let Some(values) = rows.as_slice() {
-        buffer.extend_from_slice(values.as_chunks::<3>().0);
-    } else {
-        let columns = (rows.index_axis(Axis(1), 0), rows.index_axis(Axis(1), 1), rows.index_axis(Axis(1), 2));
-        buffer.extend(columns.0.iter().zip(columns.1).zip(columns.2).map(|((&x, &y), &z)| [x, y, z]));
+    buffer.extend(rows.outer_iter().map(|row| {
+        let mut values = row.iter().copied();
+        [(); 3].map(|()| values.next().unwrap_or(T::zero()))
+    }));
+    buffer
+}
+
+/// Room for the rows of an array next to each other: in the array itself, or in the buffer until `write_back`.
+fn room<'a, E: Copy + Default, const N: usize>(
+    buffer: &'a mut Vec<[E; N]>,
+    out: &'a mut ArrayViewMut2<'_, E>,
+) -> &'a mut [[E; N]] {
+    let rows = out.nrows();
+    buffer.clear();
+    if let Some(values) = out.as_slice_mut() {
+        return values.as_chunks_mut::<N>().0;
+    }
+    buffer.resize(rows, [E::default(); N]);
+    buffer
+}
+
+/// Writes what stands in the buffer, if the array had no room of its own.
+fn write_back<E: Copy, const N: usize>(buffer: &[[E; N]], out: &mut ArrayViewMut2<'_, E>) {
+    for (mut out, row) in out.outer_iter_mut().zip(buffer) {
+        for (out, value) in out.iter_mut().zip(row) {
+            *out = *value;
+        }
     }
 }
 
@@ -120,21 +129,6 @@ fn stage_steps<T: Number>(buffer: &mut Vec<T>, time: &Time<'_>, start: usize, en
             let before = stamps.slice(s![start.max(1) - 1..end - 1]);
             let after = stamps.slice(s![start.max(1)..end]);
             buffer.extend(before.iter().zip(after).map(|(before, after)| T::from_f64(after - before)));
-        }
-    }
-}
-
-/// Writes rows into an array of any layout.
-fn write_rows<T: Number, const N: usize>(mut out: ArrayViewMut2<'_, T>, rows: &[[T; N]]) {
-    if let Some(values) = out.as_slice_mut() {
-        for (out, row) in values.as_chunks_mut::<N>().0.iter_mut().zip(rows) {
-            *out = *row;
-        }
-    } else {
-        for (mut out, row) in out.outer_iter_mut().zip(rows) {
-            for (out, value) in out.iter_mut().zip(row) {
-                *out = *value;
-            }
         }
     }
 }

@@ -16,7 +16,7 @@ pub struct Entry {
 }
 
 /// The floating-point types in which recordings are computed.
-pub trait Number: Real {
+pub trait Number: Real + Default {
     /// The name of the numpy dtype.
     const DTYPE: &'static str;
     /// A filter of this type with the values of its parameters.

@@ -1,6 +1,6 @@
 //! A filter of any kind as one object that goes on from sample to sample.
 
-use ahrs_rs::{Estimator, Filter, Quat, Real, Vec3};
+use ahrs_rs::{Estimator, Filter, Mask, Quat, Real, Vec3};
 
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {
@@ -26,6 +26,8 @@ pub struct Tile<'a, T> {
 pub trait Stream<T>: Send + Sync {
     /// Sets the attitude one step before the first sample.
     fn start_from(&mut self, q0: [T; 4]);
+    /// True where nothing has come and no attitude was given, so that the first sample's step does not matter.
+    fn is_fresh(&self) -> bool;
     /// Goes on by one sample and gives the status bits.
     fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8;
     /// Goes on by the samples of a tile. Stops at the shortest of the slices.
@@ -57,6 +59,10 @@ fn array4<T: Real>(q: Quat<T>) -> [T; 4] {
 impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
     fn start_from(&mut self, [w, x, y, z]: [T; 4]) {
         Estimator::start_from(self, Quat { w, x, y, z });
+    }
+
+    fn is_fresh(&self) -> bool {
+        Estimator::is_fresh(self).all()
     }
 
     fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8 {

@@ -3,13 +3,13 @@
 use ahrs_rs_batch::Number;
 use ndarray::{ArrayView2, ArrayView3, ArrayViewD, Axis, Dimension};
 use numpy::{
-    Element, IntoPyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
-    PyUntypedArrayMethods,
+    Element, IntoPyArray, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// The two dtypes of numpy that are computed in.
 pub trait Dtype: Number + Element {}
@@ -50,24 +50,36 @@ pub fn is_f32(name: &str, object: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(dtype.kind() == b'f' && dtype.itemsize() == size_of::<f32>())
 }
 
+/// Whether all of the arrays that are given hold 32-bit floats: a run over them is computed in float32.
+#[pyfunction]
+#[pyo3(signature = (gyr, acc=None, mag=None))]
+pub fn all_float32(
+    gyr: &Bound<'_, PyAny>,
+    acc: Option<&Bound<'_, PyAny>>,
+    mag: Option<&Bound<'_, PyAny>>,
+) -> PyResult<bool> {
+    // Each is looked at, so that the first that holds no numbers is the one that is named.
+    [("gyr", Some(gyr)), ("acc", acc), ("mag", mag)]
+        .into_iter()
+        .try_fold(true, |all, (name, object)| Ok(object.map_or(Ok(true), |object| is_f32(name, object))? && all))
+}
+
 /// The object as an array of `T`; copied only where dtype, byte order or alignment ask for it.
 pub fn array<'py, T: Dtype>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let py = object.py();
-    let array = numbers(name, object)?;
-    let aligned: bool =
-        array.getattr(intern!(py, "flags"))?.getattr(intern!(py, "aligned"))?.extract().unwrap_or(false);
-    let array = if aligned && array.cast::<PyArrayDyn<T>>().is_ok() {
-        array.into_any()
-    } else {
-        let options = PyDict::new(py);
-        options.set_item("dtype", T::DTYPE)?;
-        options.set_item("requirements", "A")?;
-        py.import(intern!(py, "numpy"))?.call_method(intern!(py, "require"), (array,), Some(&options))?
+    let array = match object.cast::<PyArrayDyn<T>>() {
+        Ok(array) if array.is_aligned() => return readonly(name, array),
+        _ => numbers(name, object)?,
     };
-    array
-        .cast_into::<PyArrayDyn<T>>()?
-        .try_readonly()
-        .map_err(|_| bad(name, "an array that nothing else writes to", "one that is in use as out"))
+    let options = PyDict::new(py);
+    options.set_item(intern!(py, "dtype"), T::DTYPE)?;
+    options.set_item(intern!(py, "requirements"), "A")?;
+    let converted = py.import(intern!(py, "numpy"))?.call_method(intern!(py, "require"), (array,), Some(&options))?;
+    readonly(name, converted.cast::<PyArrayDyn<T>>()?)
+}
+
+fn readonly<'py, T: Dtype>(name: &str, array: &Bound<'py, PyArrayDyn<T>>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    array.try_readonly().map_err(|_| bad(name, "an array that nothing else writes to", "one that is in use as out"))
 }
 
 /// The measurements of `n` recordings of `t` samples, (T, 3) or (N, T, 3), as (N, T, 3).
@@ -166,6 +178,12 @@ pub fn start_quats<T: Dtype>(object: &Bound<'_, PyAny>, n: Option<usize>) -> PyR
 
 /// A vector of three numbers that are not infinite, for one streaming update.
 pub fn vector<T: Dtype>(name: &str, object: &Bound<'_, PyAny>) -> PyResult<[T; 3]> {
+    // The common case first: a vector of the right dtype needs no view.
+    if let Ok(vector) = object.cast::<PyArray1<T>>()
+        && let Some(values) = three(vector)
+    {
+        return Ok(values);
+    }
     let array = array::<T>(name, object)?;
     let view = array.as_array();
     if view.shape() != [3] {
@@ -174,6 +192,22 @@ pub fn vector<T: Dtype>(name: &str, object: &Bound<'_, PyAny>) -> PyResult<[T; 3
     check_not_infinite(name, &view).map_err(PyValueError::new_err)?;
     let mut values = view.iter().copied();
     Ok([(); 3].map(|()| values.next().unwrap_or(T::zero())))
+}
+
+/// The values of an aligned array of three, if none is infinite.
+fn three<T: Dtype>(vector: &Bound<'_, PyArray1<T>>) -> Option<[T; 3]> {
+    if !vector.is_aligned() || vector.len() != 3 {
+        return None;
+    }
+    let values = [vector.get_owned(0)?, vector.get_owned(1)?, vector.get_owned(2)?];
+    values.iter().all(|value| !T::splat(T::MAX).lt(value.abs())).then_some(values)
+}
+
+/// A new array whose values are all still to be written. numpy allocates, because it reuses pages.
+pub fn empty<'py, E: Element>(py: Python<'py>, shape: &[usize], dtype: &str) -> PyResult<Bound<'py, PyArrayDyn<E>>> {
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy.call_method1(intern!(py, "empty"), (PyTuple::new(py, shape)?, dtype))?;
+    Ok(array.cast_into::<PyArrayDyn<E>>()?)
 }
 
 /// The array given as `out`, if results of this shape and dtype can be written into it.
@@ -186,10 +220,66 @@ pub fn output<'py, T: Dtype>(object: &Bound<'py, PyAny>, shape: &[usize]) -> PyR
     if array.shape() != shape {
         return Err(bad("out", &expected, shape_text(array.shape())));
     }
+    if !array.is_aligned() {
+        return Err(bad("out", &expected, "one that is not aligned"));
+    }
+    if !elements_apart(array.shape(), array.strides(), size_of::<T>()) {
+        return Err(bad("out", &expected, "one whose elements share memory"));
+    }
     Ok(array.clone())
 }
 
-/// A numpy array that takes over the values.
-pub fn to_numpy<T: Dtype>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyAny> {
-    values.into_pyarray(py).into_any()
+/// Whether each axis of an array steps over all that the axes inside it reach.
+fn elements_apart(shape: &[usize], strides: &[isize], itemsize: usize) -> bool {
+    let mut axes: Vec<_> = strides.iter().map(|stride| stride.unsigned_abs()).zip(shape.iter().copied()).collect();
+    axes.sort_unstable();
+    let mut reach = itemsize;
+    axes.into_iter().filter(|(_, size)| *size > 1).all(|(stride, size)| {
+        let apart = stride >= reach;
+        reach += stride * (size - 1);
+        apart
+    }) || shape.contains(&0)
+}
+
+/// Refuses an `out` that shares memory with an input; what is written would be read as a measurement.
+pub fn check_apart(out: &Bound<'_, PyAny>, input: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let Some(input) = input.filter(|input| input.cast::<PyUntypedArray>().is_ok()) else { return Ok(()) };
+    let py = out.py();
+    let options = PyDict::new(py);
+    // Exact for all but contrived strides, which count as shared.
+    options.set_item(intern!(py, "max_work"), 100_000)?;
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let shared = numpy.call_method(intern!(py, "shares_memory"), (out, input), Some(&options));
+    if shared.is_ok_and(|shared| !shared.is_truthy().unwrap_or(true)) {
+        return Ok(());
+    }
+    Err(bad("out", "a writeable array that is no input", "one that shares memory with an input"))
+}
+
+/// Numbers of either dtype on their way to numpy.
+pub enum Values {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+}
+
+impl From<Vec<f32>> for Values {
+    fn from(values: Vec<f32>) -> Self {
+        Values::F32(values)
+    }
+}
+
+impl From<Vec<f64>> for Values {
+    fn from(values: Vec<f64>) -> Self {
+        Values::F64(values)
+    }
+}
+
+impl Values {
+    /// A numpy array that takes over the values.
+    pub fn into_numpy(self, py: Python<'_>) -> Bound<'_, PyAny> {
+        match self {
+            Values::F32(values) => values.into_pyarray(py).into_any(),
+            Values::F64(values) => values.into_pyarray(py).into_any(),
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The registry as Python sees it: plain dicts, from which the package makes its classes.
 
 use ahrs_rs::filter::{Equivariance, FilterSpec, Magnetometer};
-use ahrs_rs::params::ParamKind;
+use ahrs_rs::params::{ParamKind, is_index};
 use ahrs_rs::{Frame, GyrHold};
 use ahrs_rs_batch::entries;
 use pyo3::prelude::*;
@@ -66,7 +66,10 @@ fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDi
     for preset in spec.presets {
         let values = PyDict::new(py);
         for (name, value) in preset.values {
-            values.set_item(name, value)?;
+            match chosen(spec, name, *value) {
+                Some(option) => values.set_item(name, option)?,
+                None => values.set_item(name, value)?,
+            }
         }
         presets.set_item(preset.name, values)?;
     }
@@ -77,4 +80,11 @@ fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDi
     }
     filter.set_item("outputs", outputs)?;
     Ok(filter)
+}
+
+/// The name of a choice's value, or none where the parameter is a number.
+fn chosen(spec: &FilterSpec, name: &str, value: f64) -> Option<&'static str> {
+    let param = spec.params.iter().find(|param| param.name == name)?;
+    let ParamKind::Choice { options } = param.kind else { return None };
+    options.iter().enumerate().find(|&(index, _)| is_index(index, value)).map(|(_, option)| *option)
 }

@@ -8,7 +8,7 @@ use ahrs_rs_batch::{Entry, Stream, entry};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{Dtype, array, bad, is_f32, start_quats, to_numpy, vector};
+use crate::arrays::{Dtype, Values, array, bad, start_quats, vector};
 use crate::run::{Arguments, run};
 
 /// A snapshot: every variable of the filter, the last stamp in s where stamps were given, and the number of samples.
@@ -68,8 +68,16 @@ pub struct NativeFilter {
 
 impl NativeFilter {
     /// The state under its lock. A panic while it was held left whole numbers, so the lock is taken all the same.
+    ///
+    /// Nothing of Python may be called while it is held: that could let another thread run, which could wait for the
+    /// lock without letting this one go on.
     fn lock(&self) -> MutexGuard<'_, Live> {
         self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether the filter computes in 32 bits; that never changes.
+    fn is_f32(&self) -> bool {
+        matches!(&*self.lock(), Live::F32(_))
     }
 
     /// The time step of one update in s.
@@ -97,10 +105,9 @@ impl<T: Dtype> Current<T> {
         self.stream.quat()
     }
 
-    fn reset(&mut self, recipe: &Recipe, q0: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let q0 = q0.map(|q0| start_quats::<T>(q0, None)).transpose()?;
+    fn reset(&mut self, recipe: &Recipe, q0: Option<[T; 4]>) -> PyResult<()> {
         *self = Current::new(recipe, None)?;
-        if let Some(&q0) = q0.as_ref().and_then(|q0| q0.first()) {
+        if let Some(q0) = q0 {
             self.stream.start_from(q0);
         }
         Ok(())
@@ -160,38 +167,46 @@ impl NativeFilter {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let dt = self.step(dt)?;
-        // Read before the lock is taken: reading may run Python code, and that may call this filter.
-        let narrow = matches!(&*self.lock(), Live::F32(_));
-        if narrow {
+        let quat = if self.is_f32() {
             let (gyr, acc, mag) = (vector::<f32>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
-            if let Live::F32(current) = &mut *self.lock() {
-                return Ok(to_numpy(py, current.update(gyr, acc, mag, dt).to_vec()));
+            match &mut *self.lock() {
+                Live::F32(current) => Values::F32(current.update(gyr, acc, mag, dt).to_vec()),
+                Live::F64(_) => return Err(bad("dtype", "float32", "float64")),
             }
         } else {
             let (gyr, acc, mag) = (vector::<f64>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
-            if let Live::F64(current) = &mut *self.lock() {
-                return Ok(to_numpy(py, current.update(gyr, acc, mag, dt).to_vec()));
+            match &mut *self.lock() {
+                Live::F64(current) => Values::F64(current.update(gyr, acc, mag, dt).to_vec()),
+                Live::F32(_) => return Err(bad("dtype", "float64", "float32")),
             }
-        }
-        Err(bad("dtype", "a filter that keeps its dtype", "another one"))
+        };
+        Ok(quat.into_numpy(py))
     }
 
     /// Starts anew, from the attitude q0 where one is given.
     #[pyo3(signature = (q0=None))]
     fn reset(&self, q0: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        with_live!(&mut *self.lock(), current => current.reset(&self.recipe, q0))
+        let q0 = q0.map(|q0| start_quats::<f64>(q0, None)).transpose()?;
+        let q0 = q0.as_ref().and_then(|q0| q0.first()).copied();
+        match &mut *self.lock() {
+            Live::F32(current) => current.reset(&self.recipe, q0.map(|q0| q0.map(|value| value as f32))),
+            Live::F64(current) => current.reset(&self.recipe, q0),
+        }
     }
 
     /// The last attitude (4,).
     #[getter]
     fn quat<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        with_live!(&*self.lock(), current => to_numpy(py, current.stream.quat().to_vec()))
+        let quat = with_live!(&*self.lock(), current => Values::from(current.stream.quat().to_vec()));
+        quat.into_numpy(py)
     }
 
     /// The gyroscope's bias (3,) in rad/s, or None.
     #[getter]
     fn gyr_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        with_live!(&*self.lock(), current => current.stream.gyr_bias().map(|bias| to_numpy(py, bias.to_vec())))
+        let bias =
+            with_live!(&*self.lock(), current => current.stream.gyr_bias().map(|bias| Values::from(bias.to_vec())));
+        bias.map(|bias| bias.into_numpy(py))
     }
 
     /// The status bits of the last update.
@@ -203,8 +218,8 @@ impl NativeFilter {
     fn _output<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         let outputs = self.recipe.entry.spec.outputs;
         let output = outputs.get(index).ok_or_else(|| bad("index", "that of an output", index))?;
-        let flat = with_live!(&*self.lock(), current => to_numpy(py, current.stream.output(index)));
-        flat.call_method1("reshape", (output.shape.to_vec(),))
+        let flat = with_live!(&*self.lock(), current => Values::from(current.stream.output(index)));
+        flat.into_numpy(py).call_method1("reshape", (output.shape.to_vec(),))
     }
 
     /// A snapshot: (variables, last stamp or None, samples).
@@ -219,20 +234,6 @@ impl NativeFilter {
             Live::F64(current) => *current = Current::new(&self.recipe, Some(&snapshot))?,
         }
         Ok(())
-    }
-
-    /// Whether a run over these arrays is computed in float32.
-    #[staticmethod]
-    #[pyo3(signature = (gyr, acc=None, mag=None))]
-    fn _is_float32(
-        gyr: &Bound<'_, PyAny>,
-        acc: Option<&Bound<'_, PyAny>>,
-        mag: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<bool> {
-        let given = [("gyr", Some(gyr)), ("acc", acc), ("mag", mag)];
-        given
-            .into_iter()
-            .try_fold(true, |all, (name, object)| Ok(object.map_or(Ok(true), |object| is_f32(name, object))? && all))
     }
 
     /// Runs over whole recordings: (quat, `gyr_bias` or None, status, outputs, snapshots).

@@ -15,6 +15,8 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
+    use super::arrays::all_float32;
+    #[pymodule_export]
     use super::describe::{frames, gyr_holds, registry};
     #[pymodule_export]
     use super::euler::{euler_angles, rotation_matrices};

@@ -1,14 +1,15 @@
 //! Whole recordings: from Python's arrays to jobs of the batch engine and back.
 
 use ahrs_rs_batch::threads::{Job, run_all};
-use ahrs_rs_batch::{Outputs, Recording, Time};
-use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis, IxDyn};
+use ahrs_rs_batch::{Outputs, Recording, Stream, Time};
+use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{
-    Dtype, array, bad, check_not_infinite, check_stamps, output, rows3, same_shape, stamps, start_quats,
+    Dtype, array, bad, check_apart, check_not_infinite, check_stamps, empty, output, rows3, same_shape, stamps,
+    start_quats,
 };
 use crate::filter::{Recipe, Snapshot};
 
@@ -56,22 +57,27 @@ pub fn run<'py, T: Dtype>(
         return Err(bad("state", &format!("{n} states, one for each recording"), format!("{} states", states.len())));
     }
     let q0 = arguments.q0.map(|q0| start_quats::<T>(q0, batch)).transpose()?;
-    let times = times(recipe, arguments, &shape, samples, q0.is_some())?;
+    let streams = streams(recipe, arguments, n, q0.as_deref())?;
+    let times = times(recipe, arguments, &shape, samples, &streams)?;
 
     let spec = recipe.entry.spec;
     let leading = shape.split_last().map(|(_, leading)| leading.to_vec()).unwrap_or_default();
     let with = |row: &[usize]| -> Vec<usize> { leading.iter().chain(row).copied().collect() };
-    // numpy allocates: its pages are reused, fresh ones cost more than the filter.
-    let zeros = |row: &[usize]| PyArrayDyn::<T>::zeros(py, IxDyn(&with(row)), false);
+    let new = |row: &[usize]| empty::<T>(py, &with(row), T::DTYPE);
     let quat = match arguments.out {
-        Some(out) => output::<T>(out, &with(&[4]))?,
-        None => zeros(&[4]),
+        Some(out) => {
+            for input in [Some(arguments.gyr), arguments.acc, arguments.mag, arguments.t.map(|t| t.as_any())] {
+                check_apart(out, input)?;
+            }
+            output::<T>(out, &with(&[4]))?
+        }
+        None => new(&[4])?,
     };
-    let gyr_bias = spec.gyr_bias.then(|| zeros(&[3]));
-    let status = PyArrayDyn::<u8>::zeros(py, IxDyn(&leading), false);
+    let gyr_bias = spec.gyr_bias.then(|| new(&[3])).transpose()?;
+    let status = empty::<u8>(py, &leading, "uint8")?;
     let asked: Vec<_> =
         arguments.outputs.iter().filter_map(|&index| spec.outputs.get(index).map(|output| (index, output))).collect();
-    let extra: Vec<_> = asked.iter().map(|(_, output)| zeros(output.shape)).collect();
+    let extra = asked.iter().map(|(_, output)| new(output.shape)).collect::<PyResult<Vec<_>>>()?;
 
     let snapshots = {
         // Views of the results as (N, T, values), taken apart by recording.
@@ -95,11 +101,7 @@ pub fn run<'py, T: Dtype>(
             .collect::<PyResult<Vec<_>>>()?;
 
         let mut jobs = Vec::with_capacity(n);
-        for (index, time) in times.into_iter().enumerate() {
-            let mut stream = recipe.stream(arguments.states.and_then(|states| states.get(index)))?;
-            if let Some(q0) = q0.as_ref().and_then(|q0| q0.get(index)) {
-                stream.start_from(*q0);
-            }
+        for (index, (time, stream)) in times.into_iter().zip(streams).enumerate() {
             let (Some(quat), Some(status)) = (quat.next(), status.next()) else { break };
             jobs.push(Job {
                 stream,
@@ -155,15 +157,32 @@ fn rows_mut<E>(
     Ok(parts)
 }
 
+/// The filter of each recording, as it is before the first sample.
+fn streams<T: Dtype>(
+    recipe: &Recipe,
+    arguments: &Arguments<'_, '_>,
+    n: usize,
+    q0: Option<&[[T; 4]]>,
+) -> PyResult<Vec<Box<dyn Stream<T>>>> {
+    let one = |index| {
+        let mut stream = recipe.stream(arguments.states.and_then(|states| states.get(index)))?;
+        if let Some(q0) = q0.and_then(|q0| q0.get(index)) {
+            stream.start_from(*q0);
+        }
+        Ok(stream)
+    };
+    (0..n).map(one).collect()
+}
+
 /// The time of each recording, checked.
-fn times<'a>(
+fn times<'a, T: Dtype>(
     recipe: &Recipe,
     arguments: &'a Arguments<'_, '_>,
     shape: &[usize],
     samples: usize,
-    given_start: bool,
+    streams: &[Box<dyn Stream<T>>],
 ) -> PyResult<Vec<Time<'a>>> {
-    let n = if let [n, _, _] = shape { *n } else { 1 };
+    let n = streams.len();
     let step = recipe.rate.map(|rate| 1.0 / rate);
     let stamps = arguments.t.map(|t| stamps(t, shape)).transpose()?;
     let Some(stamps) = stamps else {
@@ -175,9 +194,9 @@ fn times<'a>(
         };
         return Ok(vec![Time { stamps: None, first: step, step }; n]);
     };
-    let continued = arguments.states.is_some();
     (0..n)
-        .map(|index| {
+        .zip(streams)
+        .map(|(index, stream)| {
             let row = stamps.index_axis_move(Axis(0), if stamps.nrows() == 1 { 0 } else { index });
             let last = arguments.states.and_then(|states| states.get(index)).and_then(|(_, last, _)| *last);
             check_stamps(row.iter().copied(), last).map_err(|error| {
@@ -189,7 +208,7 @@ fn times<'a>(
                 (Some(last), _, Some(t0), _) => t0 - last,
                 (None, Some(step), _, _) => step,
                 (None, None, Some(t0), Some(t1)) => t1 - t0,
-                (None, None, Some(_), None) if given_start || continued => {
+                (None, None, Some(_), None) if !stream.is_fresh() => {
                     return Err(bad(
                         "rate",
                         "a rate in Hz: the step before a single sample is not known from t",
