@@ -1,0 +1,42 @@
+"""Attitude and heading from gyroscope, accelerometer and magnetometer.
+
+>>> import numpy as np
+>>> import ahrs_rs as ar
+>>> f = ar.Madgwick(rate=100.0, beta=0.041)
+>>> est = f.run(gyr=np.zeros((50, 3)), acc=np.tile([0.0, 0.0, 9.81], (50, 1)))
+>>> est.quat[-1]
+array([1., 0., 0., 0.])
+
+Quaternions are scalar-first, of unit norm, and rotate from the sensor frame to the earth frame (east-north-up unless
+asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest, z up, +9.81 on z), magnetic fields in
+µT. ``ar.FILTERS`` has every filter by name; ``ar.read`` reads recordings.
+"""
+
+from ahrs_rs import filters, metrics, simulate
+from ahrs_rs._filter import Filter, Param
+from ahrs_rs.batch import run_many
+from ahrs_rs.estimate import Estimate
+from ahrs_rs.filters import *  # noqa: F403  # the classes are made from the registry
+from ahrs_rs.filters import FILTERS as FILTERS
+from ahrs_rs.io import read, write_estimate
+from ahrs_rs.recording import Recording
+from ahrs_rs.state import State
+from ahrs_rs.status import Status
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Estimate",
+    "Filter",
+    "Param",
+    "Recording",
+    "State",
+    "Status",
+    "filters",
+    "metrics",
+    "read",
+    "run_many",
+    "simulate",
+    "write_estimate",
+]
+__all__ += filters.__all__

@@ -1,0 +1,369 @@
+"""The base class of all filters, and how a class is made from the registry's description."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, Self, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from ahrs_rs import _native
+from ahrs_rs.estimate import Estimate, Floats
+from ahrs_rs.state import Snapshot, State
+from ahrs_rs.status import Status
+
+FRAMES: tuple[str, ...] = tuple(_native.frames())
+GYR_HOLDS: tuple[str, ...] = tuple(_native.gyr_holds())
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A parameter of a filter: where its constructor, stub, command line and docs come from."""
+
+    name: str
+    doc: str
+    """Meaning."""
+    unit: str
+    """SI unit, or empty."""
+    default: float | str
+    range: tuple[float, float] | None
+    """Smallest and largest value of a number."""
+    options: tuple[str, ...] | None
+    """The values of a choice."""
+
+    def encode(self, value: object) -> float:
+        """The number by which the native side knows the value; ``ValueError`` where it is not allowed."""
+        if self.options is not None:
+            if value in self.options:
+                return float(self.options.index(value))
+            raise ValueError(f"{self.name} must be one of {', '.join(map(repr, self.options))}, got {value!r}")
+        if isinstance(value, (str, bytes, bool)) or np.ndim(cast(Any, value)) != 0:
+            raise ValueError(f"{self.name} must be a number, got {value!r}")
+        try:
+            number = float(cast(Any, value))
+        except (TypeError, ValueError):
+            raise ValueError(f"{self.name} must be a number, got {value!r}") from None
+        low, high = self.range or (-np.inf, np.inf)
+        if not low <= number <= high:
+            raise ValueError(f"{self.name} must be in [{low:g}, {high:g}] {self.unit}, got {number!r}")
+        return number
+
+
+class Filter(_native.NativeFilter):
+    """An attitude filter with its parameters.
+
+    ``run`` takes whole recordings and never changes the filter; ``update`` goes on sample by sample from its own
+    state. All arguments of the constructor are keywords:
+
+    rate: sampling rate in Hz, for data without stamps (default: none, stamps or ``dt`` must be given)
+    frame: earth frame of the attitude, ``"ENU"``, ``"NED"`` or ``"NWU"``
+    declination: magnetic declination in rad, positive east: with a magnetometer, the attitude is from true north
+    gyr_hold: ``"zero-order"``, the rate of a sample holds over the step that ends with it, or ``"linear"``
+    dtype: of ``update``; ``run`` computes in float32 if all its measurements are
+    """
+
+    NAME: ClassVar[str]
+    PARAMS: ClassVar[Mapping[str, Param]]
+    OUTPUTS: ClassVar[Mapping[str, str]]
+    PRESETS: ClassVar[Mapping[str, Mapping[str, float | str]]]
+    STREAMING: ClassVar[bool]
+    EQUIVARIANCE: ClassVar[str]
+    SOURCE: ClassVar[str]
+    __signature__: ClassVar[inspect.Signature]
+    MAGNETOMETER: ClassVar[bool]
+    """Whether a magnetometer is used beyond the initial heading."""
+    FEEDBACK: ClassVar[bool]
+    """Whether an attitude error decays while the measurements are good."""
+
+    rate: float | None
+    frame: str
+    declination: float
+    gyr_hold: str
+    dtype: np.dtype[Any]
+    params: Mapping[str, float | str]
+    """The value of each parameter; also attributes of their own names."""
+
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        frame: str = "ENU",
+        declination: float = 0.0,
+        gyr_hold: str = "zero-order",
+        dtype: DTypeLike = np.float64,
+        **params: Any,
+    ) -> Self:
+        unknown = [name for name in params if name not in cls.PARAMS]
+        if unknown:
+            known = ", ".join([*cls.PARAMS, "rate", "frame", "declination", "gyr_hold", "dtype"])
+            raise TypeError(f"{cls.NAME} has no parameter {unknown[0]!r}; it takes {known}")
+        values = [spec.encode(params.get(name, spec.default)) for name, spec in cls.PARAMS.items()]
+        kind = np.dtype(dtype)
+        rate = None if rate is None else _number("rate", rate)
+        declination = _number("declination", declination)
+        self = super().__new__(cls, cls.NAME, values, rate, frame, declination, gyr_hold, kind.name)
+        self.rate, self.frame, self.declination, self.gyr_hold, self.dtype = (
+            rate,
+            frame,
+            declination,
+            gyr_hold,
+            kind,
+        )
+        numbers = zip(cls.PARAMS.items(), values, strict=True)
+        self.params = MappingProxyType(
+            {name: value if spec.options is None else spec.options[int(value)] for (name, spec), value in numbers}
+        )
+        return self
+
+    @classmethod
+    def preset(cls, name: str, **keywords: Any) -> Self:
+        """A filter with the parameters of a paper, as ``Madgwick.preset("ludwig2018", rate=100.0)``.
+
+        Further keywords are those of the constructor. ``ValueError`` for a name that the filter does not have.
+        """
+        if name not in cls.PRESETS:
+            raise ValueError(f"name: expected one of {sorted(cls.PRESETS)} for {cls.NAME}, got {name!r}")
+        return cls(**{**cls.PRESETS[name], **keywords})
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in self.__dict__ or name in type(self).PARAMS:
+            raise AttributeError(f"{name} cannot be changed: make a new {type(self).__name__}")
+        super().__setattr__(name, value)
+
+    def __repr__(self) -> str:
+        keywords = {**self._keywords(), "dtype": self.dtype.name}
+        defaults = {
+            "rate": None,
+            "frame": "ENU",
+            "declination": 0.0,
+            "gyr_hold": "zero-order",
+            "dtype": "float64",
+        }
+        shown = [f"{key}={value!r}" for key, value in keywords.items() if value != defaults.get(key, ())]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def _keywords(self) -> dict[str, Any]:
+        settings = {"frame": self.frame, "declination": self.declination, "gyr_hold": self.gyr_hold}
+        return {"rate": self.rate, **self.params, **settings, "dtype": self.dtype}
+
+    def _settings(self) -> tuple[tuple[str, float | str], ...]:
+        keywords = {name: value for name, value in self._keywords().items() if name not in ("rate", "dtype")}
+        return tuple(keywords.items())
+
+    def run(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        *,
+        t: ArrayLike | None = None,
+        q0: ArrayLike | None = None,
+        state: State | Sequence[State] | None = None,
+        outputs: Sequence[str] = (),
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Estimate:
+        """Attitudes of one recording, or of N recordings of equal length at once.
+
+        Parameters
+        ----------
+        gyr : (T, 3) or (N, T, 3), angular rate in rad/s
+        acc : same shape, specific force in m/s² (at rest, z up, +9.81 on z), or None
+        mag : same shape, magnetic field in µT, or None
+        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``
+        q0 : (4,) or (N, 4), attitude one step before the first sample; by default the first samples align
+        state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
+        outputs : names from ``OUTPUTS``, for ``Estimate.extra``
+        out : array (..., T, 4) into which the quaternions are written
+        threads : how many recordings are computed at once; by default as many as there are cores
+
+        Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
+        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64.
+
+        Raises
+        ------
+        ValueError
+            for shapes that do not fit, infinite values, decreasing or non-finite stamps, a state of another filter;
+            the message names the argument.
+        """
+        narrow = _native.all_float32(gyr, acc, mag)
+        if q0 is not None and state is not None:
+            raise ValueError("q0: expected None where a state is given, got an attitude")
+        if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+            raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
+        names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+        indices = [self._output_index(name) for name in names]
+        states = self._given_states(state, "float32" if narrow else "float64")
+        snapshots = None if states is None else [(list(s.variables), s.last_t, s.samples) for s in states]
+        quat, gyr_bias, status, extra, after = self._run(gyr, acc, mag, t, q0, snapshots, indices, out, threads, narrow)
+        if out is not None:
+            quat = out
+        new_states = [self._wrap(snapshot, quat.dtype.name) for snapshot in after]
+        return Estimate(
+            quat=quat,
+            gyr_bias=gyr_bias,
+            status=status,
+            t=self._stamps(t, quat.shape[:-1], [s.samples for s in states or ()]),
+            state=new_states[0] if quat.ndim == 2 else new_states,
+            extra=MappingProxyType(dict(zip(names, extra, strict=True))),
+        )
+
+    def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:
+        if state is None:
+            return None
+        states = [state] if isinstance(state, State) else list(state)
+        return [self._checked(one, dtype) for one in states]
+
+    def _checked(self, state: State, dtype: str) -> State:
+        if not isinstance(state, State):
+            raise ValueError(f"state: expected a State or a list of them, got {type(state).__name__}")
+        state.check(self.NAME, dtype, self._settings())
+        return state
+
+    def _stamps(self, t: ArrayLike | None, shape: tuple[int, ...], before: list[int]) -> NDArray[np.float64]:
+        if t is not None:
+            return np.asarray(t, dtype=np.float64)
+        steps = np.arange(shape[-1], dtype=np.float64)
+        if len(set(before)) > 1:
+            steps = steps + np.asarray(before, dtype=np.float64)[:, np.newaxis]
+        elif before:
+            steps = steps + before[0]
+        return steps / (self.rate or 1.0)
+
+    def _output_index(self, name: str) -> int:
+        names = list(self.OUTPUTS)
+        if name not in names:
+            raise ValueError(f"outputs: expected names from {names} for {self.NAME}, got {name!r}")
+        return names.index(name)
+
+    def _wrap(self, snapshot: Snapshot, dtype: str) -> State:
+        variables, last_t, samples = snapshot
+        return State(self.NAME, dtype, self._settings(), tuple(variables), last_t, samples)
+
+    @property
+    def status(self) -> Status:
+        """The status bits of the last update."""
+        return Status(self._status())
+
+    @property
+    def covariance(self) -> Floats | None:
+        """(3, 3) covariance of the attitude error in the sensor frame in rad², or None where there is none."""
+        return self._output(self._output_index("covariance")) if "covariance" in self.OUTPUTS else None
+
+    def state(self) -> State:
+        """A snapshot of the streaming state: ``restore`` goes back to it, ``run(state=...)`` goes on from it."""
+        return self._wrap(self._snapshot(), self.dtype.name)
+
+    def restore(self, state: State) -> None:
+        """Go back to a snapshot; ``ValueError`` if it is of another class, dtype or parameter set."""
+        checked = self._checked(state, self.dtype.name)
+        self._restore((list(checked.variables), checked.last_t, checked.samples))
+
+    def copy(self) -> Self:
+        """A filter with the same parameters and the same streaming state that goes its own way."""
+        twin = type(self)(**self._keywords())
+        twin._restore(self._snapshot())
+        return twin
+
+    __copy__ = copy
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuild, (type(self), self._keywords(), self._snapshot())
+
+
+def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot) -> Filter:
+    """The pickled filter."""
+    made = cls(**keywords)
+    made._restore(snapshot)
+    return made
+
+
+def _param_property(param: Param) -> property:
+    """The value of a parameter as an attribute."""
+
+    def value(self: Filter) -> float | str:
+        return self.params[param.name]
+
+    return property(value, doc=param.doc)
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, (str, bytes, bool)):
+        raise ValueError(f"{name}: expected a number, got {value!r}")
+    try:
+        return float(cast(Any, value))
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected a number, got {value!r}") from None
+
+
+def make_class(spec: Mapping[str, Any]) -> type[Filter]:
+    """The class of a filter, from its description in the registry."""
+    params = {entry["name"]: Param(**entry) for entry in spec["params"]}
+    outputs = {
+        name: f"{doc}; shape (..., T, {', '.join(map(str, shape))})" for name, (doc, shape) in spec["outputs"].items()
+    }
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    common = [p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword]
+    own = [inspect.Parameter(name, keyword, default=param.default) for name, param in params.items()]
+    return type(
+        spec["name"],
+        (Filter,),
+        {
+            "__module__": "ahrs_rs",
+            "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
+            **{name: _param_property(param) for name, param in params.items()},
+            "__doc__": class_doc(spec, params, outputs),
+            "NAME": spec["name"],
+            "PARAMS": MappingProxyType(params),
+            "OUTPUTS": MappingProxyType(outputs),
+            "PRESETS": MappingProxyType({name: MappingProxyType(values) for name, values in spec["presets"].items()}),
+            "STREAMING": True,
+            "EQUIVARIANCE": spec["equivariance"],
+            "SOURCE": spec["source"],
+            "MAGNETOMETER": spec["magnetometer"],
+            "FEEDBACK": spec["feedback"],
+        },
+    )
+
+
+def class_doc(spec: Mapping[str, Any], params: Mapping[str, Param], outputs: Mapping[str, str]) -> str:
+    """The docstring of a filter's class."""
+    sensors = (
+        "9D, or 6D without a magnetometer" if spec["magnetometer"] else "6D; a magnetometer gives the initial heading"
+    )
+    lines = [spec["doc"], "", f"Source: {spec['source']}. Uses: {sensors}.", ""]
+    if params:
+        lines += ["Parameters", "----------"]
+    for param in params.values():
+        if param.options is not None:
+            kind = " or ".join(f'"{option}"' for option in param.options)
+        else:
+            low, high = param.range or (0.0, 0.0)
+            kind = f"{param.unit}, in [{low:g}, {high:g}]"
+        lines += [f"{param.name} : {kind}, default {param.default!r}", f"    {param.doc}"]
+    if spec["presets"]:
+        lines += [
+            "",
+            "Presets: "
+            + "; ".join(
+                f"{name} ({', '.join(f'{key}={value}' for key, value in values.items())})"
+                for name, values in spec["presets"].items()
+            ),
+        ]
+    if outputs:
+        lines += ["", "Outputs: " + "; ".join(f"{name}: {doc}" for name, doc in outputs.items())]
+    law = spec["equivariance"]
+    lines += [
+        "",
+        f"Under a rotation of the sensor frame the estimate's law is: {law}.",
+        "",
+        "Further keywords: `ahrs_rs.Filter`.",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,72 @@
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
+
+from ahrs_rs.state import Snapshot
+
+__all__ = [
+    "NativeFilter",
+    "all_float32",
+    "euler_angles",
+    "frames",
+    "gyr_holds",
+    "registry",
+    "rotation_matrices",
+]
+
+def registry() -> list[dict[str, Any]]: ...
+def frames() -> list[str]: ...
+def gyr_holds() -> list[str]: ...
+def all_float32(gyr: ArrayLike, acc: ArrayLike | None = None, mag: ArrayLike | None = None) -> bool: ...
+def euler_angles(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
+def rotation_matrices(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
+
+@disjoint_base
+class NativeFilter:
+    def __new__(
+        cls,
+        name: str,
+        values: list[float],
+        rate: float | None,
+        frame: str,
+        declination: float,
+        gyr_hold: str,
+        dtype: str,
+    ) -> Self: ...
+    def update(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        dt: float | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def reset(self, q0: ArrayLike | None = None) -> None: ...
+    @property
+    def quat(self) -> NDArray[np.floating[Any]]: ...
+    @property
+    def gyr_bias(self) -> NDArray[np.floating[Any]] | None: ...
+    def _status(self) -> int: ...
+    def _output(self, index: int) -> NDArray[np.floating[Any]]: ...
+    def _snapshot(self) -> Snapshot: ...
+    def _restore(self, snapshot: Snapshot) -> None: ...
+    def _run(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike | None,
+        mag: ArrayLike | None,
+        t: ArrayLike | None,
+        q0: ArrayLike | None,
+        states: list[Snapshot] | None,
+        outputs: list[int],
+        out: NDArray[np.floating[Any]] | None,
+        threads: int | None,
+        float32: bool,
+    ) -> tuple[
+        NDArray[np.floating[Any]],
+        NDArray[np.floating[Any]] | None,
+        NDArray[np.uint8],
+        list[NDArray[np.floating[Any]]],
+        list[Snapshot],
+    ]: ...

@@ -1,0 +1,18 @@
+"""Progress of long work, on a terminal only."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def progress_bar(items: Iterable[T], total: int, *, shown: bool = True, unit: str = "recording") -> Iterator[T]:
+    """The items; a bar on standard error counts them if it is a terminal and there is more than one."""
+    if not (shown and total > 1 and sys.stderr.isatty()):
+        return iter(items)
+    from tqdm import tqdm
+
+    return iter(tqdm(items, total=total, unit=unit, leave=False))

@@ -1,0 +1,55 @@
+"""Quaternion arithmetic in numpy, for scores and simulation: scalar-first, Hamilton, any leading shape."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Hamilton product p ⊗ q."""
+    pw, px, py, pz = np.moveaxis(p, -1, 0)
+    qw, qx, qy, qz = np.moveaxis(q, -1, 0)
+    return np.stack(
+        (
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ),
+        axis=-1,
+    )
+
+
+def conjugate(q: FloatArray) -> FloatArray:
+    """The inverse of a unit quaternion."""
+    inverse: FloatArray = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
+
+
+def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
+    """The vectors v (..., 3) turned by the unit quaternions q."""
+    w, u = q[..., :1], q[..., 1:]
+    turned: FloatArray = v + 2.0 * np.cross(u, np.cross(u, v) + w * v)
+    return turned
+
+
+def log(q: FloatArray) -> FloatArray:
+    """Rotation vectors (..., 3) in rad, of angle at most π, of unit quaternions; q and -q give the same."""
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    # angle / sin(angle/2): 2 at the identity, where the quotient is 0/0; sine is exact for every other q.
+    factor = np.full_like(sine, 2.0)
+    np.divide(2.0 * np.arctan2(sine, q[..., :1]), sine, out=factor, where=sine > 0)
+    vector: FloatArray = factor * q[..., 1:]
+    return vector
+
+
+def about_axis(axis: int, angle: FloatArray) -> FloatArray:
+    """Unit quaternions of rotations by `angle` (rad) about the axis 0, 1 or 2 (x, y, z)."""
+    q = np.zeros((*np.shape(angle), 4))
+    q[..., 0] = np.cos(0.5 * angle)
+    q[..., 1 + axis] = np.sin(0.5 * angle)
+    return q

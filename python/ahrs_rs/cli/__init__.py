@@ -1,0 +1,123 @@
+"""The command line ``ahrs-rs``: one module per command, each with `add_parser` and its function.
+
+Whatever goes wrong is told in one line on standard error, with exit status 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import NoReturn
+
+import ahrs_rs
+from ahrs_rs.cli import compare, demo, filters, run
+from ahrs_rs.cli._common import CliError
+
+__all__ = ["main"]
+
+COMMANDS = (run, compare, filters, demo)
+
+FAILED = 2
+INTERRUPTED = 130
+#: What a shell reports of a program that the closed pipe ended: 128 + SIGPIPE.
+PIPE_CLOSED = 141
+
+EPILOG = """\
+Without a recording at hand:   ahrs-rs demo
+What there is to choose from:  ahrs-rs filters
+Options of a command:          ahrs-rs COMMAND --help
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        raise CliError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run a command and return its exit status: 0, 2 after an error, 130 after an interrupt.
+
+    Parameters
+    ----------
+    argv : the arguments without the program's name; None takes those of the process.
+    """
+    if argv is None:
+        # A terminal that lacks a character, as ° in ASCII, is no reason to fail.
+        _tolerate(sys.stdout)
+    try:
+        status = _command(argv)
+        _flush()
+        return status
+    except BrokenPipeError:
+        _drop_output()
+        return PIPE_CLOSED
+    except KeyboardInterrupt:
+        message, status = "interrupted", INTERRUPTED
+    except (CliError, ValueError, ImportError, MemoryError, OverflowError) as error:
+        message, status = str(error) or type(error).__name__, FAILED
+    except OSError as error:
+        message, status = _system_message(error), FAILED
+    # Told only now: the exception is gone and has taken a progress bar with it.
+    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr)
+    try:
+        _flush()
+    except OSError:  # the error that has just been told
+        _drop_output()
+    return status
+
+
+def _command(argv: list[str] | None) -> int:
+    parser = _parser()
+    try:
+        args = parser.parse_args(argv)
+    except SystemExit as end:  # --help and --version
+        return int(end.code or 0)
+    if args.function is None:
+        names = ", ".join(module.__name__.rpartition(".")[2] for module in COMMANDS)
+        raise CliError(f"expected a command: {names} (see {parser.prog} --help)")
+    return int(args.function(args))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="ahrs-rs",
+        description="Orientation from recordings of gyroscope, accelerometer and magnetometer.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"ahrs-rs {ahrs_rs.__version__}")
+    parser.set_defaults(function=None)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    for module in COMMANDS:
+        module.add_parser(commands)
+    return parser
+
+
+def _system_message(error: OSError) -> str:
+    if error.filename is not None and error.strerror:
+        return f"{os.fsdecode(error.filename)}: {error.strerror}"
+    return error.strerror or str(error) or type(error).__name__
+
+
+def _tolerate(stream: object) -> None:
+    """Let the stream write what its encoding lacks as an escape sequence, if it is a stream that can."""
+    reconfigure = getattr(stream, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors="backslashreplace")
+
+
+def _flush() -> None:
+    """Write out now what is printed, so that an error of the standard output can be told."""
+    if sys.stdout is not None:  # None: the process was started with it closed
+        sys.stdout.flush()
+
+
+def _drop_output() -> None:
+    """Send what is still to be written to nowhere, or the interpreter complains once more when it ends."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)

@@ -1,0 +1,256 @@
+"""What the commands share: filters and their parameters, reading recordings, checking output paths."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ahrs_rs import io
+from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
+from ahrs_rs.filters import FILTERS
+from ahrs_rs.recording import Recording
+
+Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+
+
+class CliError(Exception):
+    """What the user has to change, in one line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What is asked of every filter alike."""
+
+    frame: str = "ENU"
+    declination: float = 0.0
+    """rad"""
+    gyr_hold: str = GYR_HOLDS[0]
+    six_axes: bool = False
+    """Leave the magnetometer out."""
+
+    @classmethod
+    def of(cls, args: argparse.Namespace) -> Settings:
+        """As the arguments of `add_settings` say."""
+        return cls(args.frame, math.radians(args.declination), args.gyr_hold, args.six_axes)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A filter class with the parameters that were given; all others keep their defaults."""
+
+    cls: type[Filter]
+    params: Mapping[str, float | str]
+
+    def make(self, rate: float, settings: Settings, frame: str | None = None) -> Filter:
+        """The filter for a rate in Hz, in another earth frame than the settings' where one is given."""
+        keywords: dict[str, Any] = dict(self.params)
+        return self.cls(
+            rate=rate,
+            frame=frame or settings.frame,
+            declination=settings.declination,
+            gyr_hold=settings.gyr_hold,
+            **keywords,
+        )
+
+    @property
+    def changes(self) -> str:
+        """The parameters that are not the defaults, like "beta=0.08 gradient=paper"."""
+        defaults = {name: param.default for name, param in self.cls.PARAMS.items()}
+        changed = {name: value for name, value in self.params.items() if value != defaults[name]}
+        return " ".join(f"{name}={shown(value)}" for name, value in changed.items())
+
+    @property
+    def label(self) -> str:
+        """Name and changed parameters."""
+        return f"{self.cls.NAME} {self.changes}".rstrip()
+
+
+def shown(value: float | str) -> str:
+    """A parameter's value for reading: six digits are enough."""
+    return value if isinstance(value, str) else f"{value:.6g}"
+
+
+def find_filter(name: str) -> type[Filter]:
+    """The class of a filter by its name in any case."""
+    by_name = {known.lower(): cls for known, cls in FILTERS.items()}
+    cls = by_name.get(name.lower())
+    if cls is None:
+        raise CliError(f"unknown filter {name!r}{_hint(name, FILTERS)}; there are {', '.join(FILTERS)}")
+    return cls
+
+
+def choose(cls: type[Filter], preset: str | None, texts: Mapping[str, str]) -> Choice:
+    """A filter with the values of a preset, over which the texts of ``--set`` go."""
+    params: dict[str, float | str] = {}
+    if preset is not None:
+        if preset not in cls.PRESETS:
+            known = ", ".join(cls.PRESETS) or "none"
+            raise CliError(f"{cls.NAME} has no preset {preset!r}{_hint(preset, cls.PRESETS)}; it has {known}")
+        params |= cls.PRESETS[preset]
+    return Choice(cls, params | {name: _value(cls, name, text) for name, text in texts.items()})
+
+
+def assignments(texts: Sequence[str]) -> dict[str, str]:
+    """NAME=VALUE pairs as a dict; of a name that comes twice, the last value."""
+    pairs = {}
+    for text in texts:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (name and sign and value):
+            raise CliError(f"--set: expected NAME=VALUE, got {text!r}")
+        pairs[name] = value
+    return pairs
+
+
+def unknown_parameter(owner: str, name: str, known: Iterable[str]) -> CliError:
+    """The error for a parameter that the owner, "Madgwick has" or the like, does not have."""
+    names = list(known)
+    return CliError(f"{owner} no parameter {name!r}{_hint(name, names)}; there are {', '.join(names) or 'none'}")
+
+
+def _value(cls: type[Filter], name: str, text: str) -> float | str:
+    param = cls.PARAMS.get(name)
+    if param is None:
+        raise unknown_parameter(f"{cls.NAME} has", name, cls.PARAMS)
+    value: float | str = text
+    if param.options is None:
+        try:
+            value = float(text)
+        except ValueError:
+            raise CliError(f"{cls.NAME}: {name} must be a number, got {text!r}") from None
+    try:
+        param.encode(value)
+    except ValueError as error:
+        raise CliError(f"{cls.NAME}: {error}") from None
+    return value
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    by_name = {one.lower(): one for one in known}
+    close = difflib.get_close_matches(name.lower(), by_name, n=1)
+    return f" (did you mean {by_name[close[0]]}?)" if close else ""
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Options of how a file is read."""
+    group = parser.add_argument_group("reading")
+    group.add_argument(
+        "--format",
+        choices=list(io.FORMATS),
+        metavar="NAME",
+        help="of the file: %(choices)s (default: found from its content)",
+    )
+    group.add_argument(
+        "--rate",
+        type=positive,
+        metavar="HZ",
+        help="sampling rate, for a file without times, or in place of its times",
+    )
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Options of `Settings`."""
+    group = parser.add_argument_group("computation")
+    group.add_argument(
+        "--6d",
+        dest="six_axes",
+        action="store_true",
+        help="leave the magnetometer out: the heading is then relative to the start",
+    )
+    group.add_argument(
+        "--frame",
+        type=str.upper,
+        choices=FRAMES,
+        metavar="NAME",
+        default="ENU",
+        help="earth frame: %(choices)s (default: %(default)s)",
+    )
+    group.add_argument(
+        "--declination",
+        type=finite,
+        default=0.0,
+        metavar="DEG",
+        help="magnetic declination, positive east, which makes the heading one from true north (default: 0)",
+    )
+    group.add_argument(
+        "--gyr-hold",
+        choices=GYR_HOLDS,
+        metavar="NAME",
+        default=GYR_HOLDS[0],
+        help="angular rate between two samples: %(choices)s (default: %(default)s)",
+    )
+
+
+def finite(text: str) -> float:
+    """A finite number, for argparse."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}")
+    return number
+
+
+def positive(text: str) -> float:
+    """A positive finite number, for argparse."""
+    number = finite(text)
+    if number <= 0.0:
+        raise argparse.ArgumentTypeError(f"expected a positive number, got {text!r}")
+    return number
+
+
+def check_output(path: Path, option: str, inputs: Iterable[Path] = ()) -> None:
+    """Raise a `CliError`, before anything is computed, where a file cannot be written to the path."""
+    if path.is_dir():
+        raise CliError(f"{option}: {path} is a directory")
+    if not path.parent.is_dir():
+        raise CliError(f"{option}: {path}: there is no directory {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise CliError(f"{option}: {path} cannot be written: permission denied")
+    for given in inputs:
+        if path.exists() and given.exists() and path.samefile(given):
+            raise CliError(f"{option}: {path} is the recording itself")
+
+
+def magnetometer(recording: Recording, settings: Settings) -> NDArray[np.float64] | None:
+    """The magnetometer's samples (T, 3), unless they are to be left out."""
+    return None if settings.six_axes else recording.mag
+
+
+def score_frame(recording: Recording, settings: Settings) -> str:
+    """The earth frame of the recording's reference: the one that it names, or else that of the settings."""
+    named = recording.meta.get("ref_frame")
+    return named if named in FRAMES else settings.frame
+
+
+def scored(recording: Recording) -> int:
+    """How many samples have a reference and count."""
+    if recording.ref is None:
+        return 0
+    known = ~np.isnan(recording.ref).any(axis=1)
+    return int(np.count_nonzero(known if recording.mask is None else known & recording.mask))
+
+
+def notes(recording: Recording, settings: Settings) -> list[str]:
+    """What must be known to judge the errors of the recording's estimates."""
+    found = []
+    assumed = recording.meta.get("assumed_units")
+    if assumed:
+        units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
+        found.append(f"no unit is stated, taken as {units}")
+    if scored(recording):
+        frame = recording.meta.get("ref_frame")
+        if frame is not None and frame not in FRAMES:
+            found.append(f"the reference frame is not the earth frame ({frame}): the errors hold a constant rotation")
+        elif magnetometer(recording, settings) is None:
+            found.append("without a magnetometer the heading is relative to the start, and so are its errors")
+    return found

@@ -1,0 +1,224 @@
+"""Errors of orientation estimates against a reference.
+
+All functions take arrays of any leading shape (..., 4), scalar-first, sensor to earth; one side may lack
+leading axes (many estimates against one reference). A row that holds a NaN gives NaN. A quaternion whose norm
+differs from 1 by more than 1e-3 is a ValueError; smaller differences (rounding in a file, float32) are
+normalised away. q and -q are the same orientation everywhere. Angles are computed by atan2 of lengths, which
+is exact to rounding at every angle (an arc cosine has an error of 1e-8 near zero).
+
+Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
+Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
+the distances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ahrs_rs import _native, _quat
+
+__all__ = [
+    "Score",
+    "chordal_distance",
+    "error_quat",
+    "euler",
+    "euler_error",
+    "geodesic_distance",
+    "heading_error",
+    "inclination_error",
+    "inner_product_distance",
+    "rmse",
+    "score",
+    "total_error",
+]
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+#: Largest difference of a quaternion's norm from 1. Four components rounded to 3 decimals stay within it.
+NORM_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Root-mean-square errors: numbers for one recording, arrays (N,) for N recordings of equal length."""
+
+    total: float | FloatArray
+    heading: float | FloatArray
+    inclination: float | FloatArray
+
+
+def error_quat(est: ArrayLike, ref: ArrayLike) -> FloatArray:
+    """Orientation error in the earth frame, est ⊗ conj(ref), (..., 4)."""
+    p, q = _pair(est, ref)
+    return _quat.multiply(p, _quat.conjugate(q))
+
+
+def total_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Angle of the rotation between estimate and reference, 0 to π (BROAD: 2 acos|w|)."""
+    return _angle(_total(error_quat(est, ref)), degrees)
+
+
+def heading_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Part of the error about the vertical, 0 to π (BROAD: 2 atan|z/w|).
+
+    Where the inclination error is π, the heading has no meaning, and 0 is returned.
+    """
+    return _angle(_heading(error_quat(est, ref)), degrees)
+
+
+def inclination_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Angle between the true vertical and the estimated one, 0 to π (BROAD: 2 acos √(w² + z²))."""
+    return _angle(_inclination(error_quat(est, ref)), degrees)
+
+
+def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
+    """Root of the mean of squares along the last axis, over the samples of `mask`, without the NaN ones.
+
+    Parameters
+    ----------
+    error : (..., T)
+    mask : bool, broadcast to `error`; None takes every sample.
+
+    Returns
+    -------
+    A float for (T,), an array (...) otherwise; NaN where no sample is left.
+    """
+    values = np.asarray(error, dtype=np.float64)
+    if values.ndim == 0:
+        raise ValueError("error: expected shape (..., T), got ()")
+    counted = ~np.isnan(values)
+    if mask is not None:
+        counted &= _mask(mask, values.shape)
+    count = counted.sum(axis=-1)
+    squares = np.where(counted, values, 0.0) ** 2
+    mean = np.full(count.shape, np.nan)
+    np.divide(squares.sum(axis=-1), count, out=mean, where=count > 0)
+    root: FloatArray = np.sqrt(mean)
+    return float(root) if root.ndim == 0 else root
+
+
+def score(est_quat: ArrayLike, ref: ArrayLike, mask: ArrayLike | None = None, *, degrees: bool = True) -> Score:
+    """Root-mean-square total, heading and inclination errors, as BROAD defines them.
+
+    Parameters
+    ----------
+    est_quat, ref : (..., T, 4)
+    mask : bool (..., T), the samples that count; None takes all of them.
+    degrees : the unit of the result; rad if False.
+
+    Notes
+    -----
+    Samples with a NaN in the estimate or in the reference do not count.
+    """
+    error = error_quat(est_quat, ref)
+    if error.ndim < 2:
+        raise ValueError(f"est_quat: expected shape (..., T, 4), got {error.shape}")
+    return Score(
+        total=rmse(_angle(_total(error), degrees), mask),
+        heading=rmse(_angle(_heading(error), degrees), mask),
+        inclination=rmse(_angle(_inclination(error), degrees), mask),
+    )
+
+
+def geodesic_distance(p: ArrayLike, q: ArrayLike) -> FloatArray:
+    """Angle of the rotation from p to q, rad, 0 to π: Huynh's Φ6 (twice Φ3). The same as `total_error`."""
+    return total_error(p, q)
+
+
+def chordal_distance(p: ArrayLike, q: ArrayLike) -> FloatArray:
+    """min(|p - q|, |p + q|), 0 to √2: Huynh's Φ2."""
+    a, b = _pair(p, q)
+    distance: FloatArray = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    return distance
+
+
+def inner_product_distance(p: ArrayLike, q: ArrayLike) -> FloatArray:
+    """1 - |p·q|, 0 to 1: Huynh's Φ4, computed as Φ2²/2, which does not cancel where p and q are close."""
+    return 0.5 * chordal_distance(p, q) ** 2
+
+
+def euler(quat: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Roll, pitch and yaw (..., 3) of the intrinsic Z-Y'-X'' sequence, in that order.
+
+    The order is the reverse of scipy's "ZYX".
+    Roll and yaw are in [-π, π], pitch in [-π/2, π/2]. Where the x axis is vertical only one combination of
+    roll and yaw is defined: roll is then 0 and yaw takes the whole turn.
+    """
+    angles: FloatArray = _native.euler_angles(_unit("quat", quat)).astype(np.float64, copy=False)
+    return _angle(angles, degrees)
+
+
+def euler_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Differences of roll, pitch and yaw (..., 3), estimate minus reference, wrapped to (-π, π]."""
+    p, q = _pair(est, ref)
+    return _angle(_wrap(euler(p) - euler(q)), degrees)
+
+
+def _total(error: FloatArray) -> FloatArray:
+    w, x, y, z = _components(error)
+    return 2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w))
+
+
+def _heading(error: FloatArray) -> FloatArray:
+    w, _, _, z = _components(error)
+    return 2.0 * np.arctan2(np.abs(z), np.abs(w))
+
+
+def _inclination(error: FloatArray) -> FloatArray:
+    w, x, y, z = _components(error)
+    return 2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
+
+
+def _unit(name: str, value: ArrayLike) -> FloatArray:
+    """Unit quaternions (..., 4) as float64; rows with NaN become NaN as a whole."""
+    quat = np.asarray(value, dtype=np.float64)
+    if quat.ndim == 0 or quat.shape[-1] != 4:
+        raise ValueError(f"{name}: expected shape (..., 4), got {quat.shape}")
+    with np.errstate(over="ignore"):  # a huge component gives an infinite norm, which is refused below
+        norm = np.sqrt((quat * quat).sum(axis=-1, keepdims=True))
+    bad = np.argwhere(np.abs(norm[..., 0] - 1.0) > NORM_TOLERANCE)
+    if len(bad):
+        index = tuple(int(i) for i in bad[0])
+        where = f" at index {index[0] if len(index) == 1 else index}" if index else ""
+        raise ValueError(f"{name}: expected unit quaternions, got norm {norm[index][0]:.6g}{where}")
+    unit: FloatArray = quat / norm
+    return unit
+
+
+def _pair(est: ArrayLike, ref: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    p, q = _unit("estimate", est), _unit("reference", ref)
+    # Leading axes may be absent on one side; an axis of length 1 is not stretched, as it may be a mistake.
+    ndim = min(p.ndim, q.ndim)
+    if p.shape[-ndim:] != q.shape[-ndim:]:
+        raise ValueError(f"reference: expected the shape of the estimate, {p.shape}, got {q.shape}")
+    return p, q
+
+
+def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    array = np.asarray(mask)
+    if array.dtype != np.bool_:
+        raise ValueError(f"mask: expected an array of bool, got dtype {array.dtype}")
+    if array.shape[-1:] != shape[-1:] or array.ndim > len(shape):
+        raise ValueError(f"mask: expected shape {shape}, got {array.shape}")
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise ValueError(f"mask: expected shape {shape}, got {array.shape}") from None
+
+
+def _components(quat: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    return quat[..., 0], quat[..., 1], quat[..., 2], quat[..., 3]
+
+
+def _wrap(angle: FloatArray) -> FloatArray:
+    """The same angles in (-π, π]."""
+    wrapped: FloatArray = angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
+    return wrapped
+
+
+def _angle(radians: FloatArray, degrees: bool) -> FloatArray:
+    return np.degrees(radians) if degrees else radians

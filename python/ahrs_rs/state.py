@@ -1,0 +1,43 @@
+"""Snapshots of filters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Snapshot: TypeAlias = tuple[list[float], float | None, int]
+"""A state on the native side: variables, last stamp in s, number of samples."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Everything that the next sample depends on: what ``Filter.state()`` and ``Estimate.state`` give.
+
+    It can be pickled. A filter takes it back only where class, dtype, parameters, frame, declination and
+    ``gyr_hold`` are the same.
+    """
+
+    filter: str
+    """Name of the filter's class."""
+    dtype: str
+    """``"float32"`` or ``"float64"``."""
+    settings: tuple[tuple[str, float | str], ...]
+    """Parameters and settings by name."""
+    variables: tuple[float, ...]
+    """The filter's variables, last angular rate, output sign and alignment."""
+    last_t: float | None
+    """Stamp of the last sample in s, where stamps were given."""
+    samples: int
+    """How many samples came since the start."""
+
+    def check(self, name: str, dtype: str, settings: tuple[tuple[str, float | str], ...]) -> None:
+        """Raise a ``ValueError`` that says what differs, if the state is of another filter."""
+        if self.filter != name:
+            raise ValueError(f"state: expected a state of {name}, got one of {self.filter}")
+        if self.dtype != dtype:
+            raise ValueError(f"state: expected dtype {dtype}, got {self.dtype}")
+        if self.settings != settings:
+            own = dict(settings)
+            other = [f"{key}={value!r}" for key, value in self.settings if own.get(key) != value]
+            expected = [f"{key}={own.get(key)!r}" for key, value in self.settings if own.get(key) != value]
+            raise ValueError(f"state: expected {', '.join(expected)}, got {', '.join(other)}")

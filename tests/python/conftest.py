@@ -1,0 +1,23 @@
+"""What all tests share: settings of hypothesis, and the folder of the recordings."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+# The same examples in every run, on every machine: a failure is a change of the code, not of the dice. No
+# deadline: how long an example takes depends on the machine.
+settings.register_profile("deterministic", derandomize=True, deadline=None)
+settings.load_profile("deterministic")
+
+
+@pytest.fixture(scope="session")
+def data_folder() -> Path:
+    """The folder of the real recordings; a test that asks for it is skipped, visibly, where there is none."""
+    folder = os.environ.get("AHRS_RS_DATA", "")
+    if not folder:
+        pytest.skip("AHRS_RS_DATA is not set")
+    return Path(folder)

@@ -1,0 +1,77 @@
+"""Writes python/ahrs_rs/filters.pyi from the registry: `make stubs`. With --check, only says whether it is current."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ahrs_rs import FILTERS, Filter
+
+STUB = Path(__file__).parents[1] / "python" / "ahrs_rs" / "filters.pyi"
+
+HEAD = """# Made by tools/stubs.py from the registry; do not edit.
+from typing import Literal, Self
+
+from numpy.typing import DTypeLike
+
+from ahrs_rs._filter import Filter
+
+FILTERS: dict[str, type[Filter]]
+"""
+
+
+def keywords(cls: type[Filter]) -> str:
+    """The keyword arguments of a constructor."""
+    lines = ["*", "rate: float | None = None"]
+    for param in cls.PARAMS.values():
+        kind = "float" if param.options is None else f"Literal[{', '.join(map(quoted, param.options))}]"
+        default = param.default if isinstance(param.default, float) else quoted(param.default)
+        lines.append(f"{param.name}: {kind} = {default}")
+    lines += [
+        'frame: Literal["ENU", "NED", "NWU"] = "ENU"',
+        "declination: float = 0.0",
+        'gyr_hold: Literal["zero-order", "linear"] = "zero-order"',
+        "dtype: DTypeLike = ...",
+    ]
+    return ",\n        ".join(lines)
+
+
+def quoted(text: str) -> str:
+    return f'"{text}"'
+
+
+def class_stub(cls: type[Filter]) -> str:
+    attributes = [
+        f"    @property\n    def {param.name}(self) -> {'float' if param.options is None else 'str'}: ..."
+        for param in cls.PARAMS.values()
+    ]
+    lines = [
+        "",
+        f"class {cls.__name__}(Filter):",
+        *attributes,
+        "    def __new__(",
+        "        cls,",
+        f"        {keywords(cls)},",
+        "    ) -> Self: ...",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def stub() -> str:
+    names = ", ".join(quoted(name) for name in ["FILTERS", *sorted(FILTERS)])
+    return HEAD + f"__all__ = [{names}]\n" + "".join(map(class_stub, FILTERS.values()))
+
+
+def main() -> int:
+    text = stub()
+    if "--check" in sys.argv[1:]:
+        current = STUB.exists() and STUB.read_text(encoding="utf-8") == text
+        if not current:
+            print(f"{STUB.name} is not current: run `make stubs`", file=sys.stderr)
+        return 0 if current else 1
+    STUB.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
