@@ -108,7 +108,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
 
     /// Goes on by `dt` seconds to a new sample. `None` is a sensor that is not there; a vector with a NaN, or whose
     /// squared norm is zero, subnormal or not finite, is a measurement that is missing.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step(&mut self, gyr: Vec3<S>, acc: Option<Vec3<S>>, mag: Option<Vec3<S>>, dt: S) -> Output<S> {
         let mut flags = Flags::none();
         // Without a given attitude the first sample aligns, and nothing turns.
@@ -145,7 +145,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     }
 
     /// The attitude with the sign that continues the last output's; at the start with w ≥ 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn continued(&self, quat: Quat<S>) -> Quat<S> {
         let mut reference = quat.dot(self.quat);
         if !self.started.all() {
@@ -156,7 +156,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     }
 
     /// The angular rate to integrate: the measured one, or the last one where it is missing or too large to turn by.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn angular_rate(&mut self, gyr: Vec3<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
         let half_dt = S::of(0.5) * dt;
         let range = S::of(S::Real::ANGLE_RANGE);
@@ -177,11 +177,14 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         if linear {
             rate = Vec3::select(self.started, (last + rate) * S::of(0.5), rate);
         }
-        Vec3::select(turns(rate), rate, Vec3::zero())
+        // What is too large for this step is left out of it, and kept for the next one.
+        let turned = turns(rate);
+        flags.gyr_held = flags.gyr_held | !turned;
+        Vec3::select(turned, rate, Vec3::zero())
     }
 
     /// Sets what is not known yet of inclination and heading.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn align(&mut self, acc: Vec3<S>, acc_valid: S::Mask, mag: Vec3<S>, mag_valid: S::Mask) {
         let incline = acc_valid & !self.inclined;
         if incline.any() {
@@ -200,7 +203,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
 
     /// From the first magnetometer sample on, the filter's north is the magnetic one: a heading that was given from
     /// true north is turned by the declination, and the output back.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn turn_to_magnetic_north(&mut self, lanes: S::Mask) {
         let turn = lanes & !self.magnetic;
         if turn.any() {
@@ -217,7 +220,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     }
 
     /// The rotation from the filter's frame to the chosen one.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn output_rotation(&self) -> Quat<S> {
         let frame: Quat<S> = self.settings.frame.from_enu();
         if self.settings.declination == 0.0 {
@@ -227,7 +230,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     }
 
     /// Set where no sample has come and no attitude was given: the first sample aligns, and its step does not matter.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn is_fresh(&self) -> S::Mask {
         !(self.started | self.inclined)
     }
@@ -263,14 +266,14 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
 }
 
 /// The attitude turned by the shortest way so that the measured specific force points up; the heading is kept.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn inclined_by<S: Scalar>(q: Quat<S>, acc: Vec3<S>) -> Quat<S> {
     (Quat::shortest_to_up(q.rotate(acc.unit())) * q).renormalized()
 }
 
 /// The attitude turned about the vertical so that the horizontal field points north, and where that is possible: the
 /// field must not be vertical.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn headed_by<S: Scalar>(q: Quat<S>, mag: Vec3<S>) -> (Quat<S>, S::Mask) {
     let h = q.rotate(mag.unit());
     let horizontal = (h.x * h.x + h.y * h.y).sqrt();

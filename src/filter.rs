@@ -122,7 +122,7 @@ pub struct Flags<M> {
 
 impl<M: Mask> Flags<M> {
     /// No bit set.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn none() -> Self {
         let no = M::splat(false);
         Flags {
@@ -138,7 +138,7 @@ impl<M: Mask> Flags<M> {
     }
 
     /// The bits of one lane.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn bits(&self, lane: usize) -> u8 {
         [
             self.acc_missing,
@@ -172,7 +172,8 @@ pub trait Filter<S: Scalar>: Clone {
     fn attitude(&self) -> Quat<S>;
     /// Sets the attitude of the lanes of the mask and nothing else.
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>);
-    /// Goes on by `dt` seconds to a new sample. Where dt is zero and no measurement valid, nothing changes.
+    /// Goes on by `dt` seconds to a new sample. Where dt is zero and no measurement valid, nothing changes but the
+    /// last bits of the norm.
     fn step(&mut self, sample: &Sample<S>, dt: S);
     /// The estimated gyroscope bias in rad/s.
     fn gyr_bias(&self) -> Vec3<S> {

@@ -14,15 +14,15 @@ pub struct Lanes<T, const N: usize>(pub [T; N]);
 #[repr(transparent)]
 pub struct LaneMask<const N: usize>(pub [bool; N]);
 
-/// `f(a, b)` in each lane. Zipped iterators over arrays of one length compile to straight vector code.
-#[inline(always)]
-fn zip<A: Copy, B: Copy, R, const N: usize>(a: [A; N], b: [B; N], fill: R, f: impl Fn(A, B) -> R) -> [R; N]
-where
-    R: Copy,
-{
+/// `f(a, b)` in each lane. A plain loop: iterators compile to the same code, but take the compiler minutes.
+#[allow(clippy::indexing_slicing, reason = "the index is below N, the length of all three arrays")]
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn zip<A: Copy, B: Copy, R: Copy, const N: usize>(a: [A; N], b: [B; N], fill: R, f: impl Fn(A, B) -> R) -> [R; N] {
     let mut out = [fill; N];
-    for (o, (&x, &y)) in out.iter_mut().zip(a.iter().zip(&b)) {
-        *o = f(x, y);
+    let mut lane = 0;
+    while lane < N {
+        out[lane] = f(a[lane], b[lane]);
+        lane += 1;
     }
     out
 }
@@ -31,7 +31,7 @@ macro_rules! lane_operator {
     ($($trait:ident $method:ident $op:tt),*) => {$(
         impl<T: Real, const N: usize> $trait for Lanes<T, N> {
             type Output = Self;
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn $method(self, other: Self) -> Self {
                 Lanes(zip(self.0, other.0, T::zero(), |a, b| a $op b))
             }
@@ -42,15 +42,15 @@ lane_operator!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 impl<T: Real, const N: usize> Neg for Lanes<T, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn neg(self) -> Self {
-        Lanes(self.0.map(|a| -a))
+        Lanes(zip(self.0, self.0, T::zero(), |a, _| -a))
     }
 }
 
 impl<const N: usize> BitAnd for LaneMask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn bitand(self, other: Self) -> Self {
         LaneMask(zip(self.0, other.0, false, |a, b| a & b))
     }
@@ -58,7 +58,7 @@ impl<const N: usize> BitAnd for LaneMask<N> {
 
 impl<const N: usize> BitOr for LaneMask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn bitor(self, other: Self) -> Self {
         LaneMask(zip(self.0, other.0, false, |a, b| a | b))
     }
@@ -66,30 +66,30 @@ impl<const N: usize> BitOr for LaneMask<N> {
 
 impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn not(self) -> Self {
-        LaneMask(self.0.map(|a| !a))
+        LaneMask(zip(self.0, self.0, false, |a, _| !a))
     }
 }
 
 impl<const N: usize> Mask for LaneMask<N> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn splat(value: bool) -> Self {
         LaneMask([value; N])
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn all(self) -> bool {
         self.0.iter().fold(true, |all, &lane| all & lane)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn any(self) -> bool {
         self.0.iter().fold(false, |any, &lane| any | lane)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lane(self, index: usize) -> bool {
         self.0.get(index).is_some_and(|&lane| lane)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_lane(&mut self, index: usize, value: bool) {
         if let Some(lane) = self.0.get_mut(index) {
             *lane = value;
@@ -102,39 +102,45 @@ impl<T: Real, const N: usize> Scalar for Lanes<T, N> {
     type Mask = LaneMask<N>;
     const LANES: usize = N;
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn splat(value: T) -> Self {
         Lanes([value; N])
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lane(self, index: usize) -> T {
         self.0.get(index).copied().unwrap_or(T::from_f64(f64::NAN))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_lane(&mut self, index: usize, value: T) {
         if let Some(lane) = self.0.get_mut(index) {
             *lane = value;
         }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sqrt(self) -> Self {
-        Lanes(self.0.map(T::sqrt))
+        Lanes(zip(self.0, self.0, T::zero(), |a, _| a.sqrt()))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn abs(self) -> Self {
-        Lanes(self.0.map(T::abs))
+        Lanes(zip(self.0, self.0, T::zero(), |a, _| a.abs()))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lt(self, other: Self) -> LaneMask<N> {
         LaneMask(zip(self.0, other.0, false, T::lt))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn le(self, other: Self) -> LaneMask<N> {
         LaneMask(zip(self.0, other.0, false, T::le))
     }
-    #[inline(always)]
+    #[allow(clippy::indexing_slicing, reason = "the index is below N, the length of all arrays")]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
-        let chosen = zip(yes.0, no.0, (T::zero(), T::zero()), |y, n| (y, n));
-        Lanes(zip(mask.0, chosen, T::zero(), |m, (y, n)| T::select(m, y, n)))
+        let mut out = no.0;
+        let mut lane = 0;
+        while lane < N {
+            out[lane] = T::select(mask.0[lane], yes.0[lane], no.0[lane]);
+            lane += 1;
+        }
+        Lanes(out)
     }
 }

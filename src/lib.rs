@@ -28,6 +28,12 @@
 //! assert_eq!(output.quat.w, 1.0);
 //! ```
 //!
+//! # Speed of the compiler
+//!
+//! Functions are marked `cfg_attr(not(debug_assertions), inline(always))`: in release builds every operation must be
+//! inlined into the step, or lanes do not become vector code; in debug builds, tests included, that would take the
+//! compiler minutes for the same bits.
+//!
 //! # Features
 //!
 //! `std` (default) and `libm` choose where the square root comes from; one of them is needed. `glam` converts to and

@@ -61,38 +61,38 @@ pub trait Scalar:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// A constant, rounded to the lane's type.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn of(value: f64) -> Self {
         Self::splat(Self::Real::from_f64(value))
     }
     /// Zero.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn zero() -> Self {
         Self::of(0.0)
     }
     /// One.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn one() -> Self {
         Self::of(1.0)
     }
     /// The smaller of two numbers; `other` where `self` is NaN.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
     /// The larger of two numbers; `other` where `self` is NaN.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }
     /// The nearest whole number, ties to even, for |x| below a quarter of the largest exactly represented integer.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn round(self) -> Self {
         let magic = Self::splat(Self::Real::ROUND);
         (self + magic) - magic
     }
     /// True where the number is finite and at least the smallest normal number: usable as a squared norm.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn is_normal_norm2(self) -> Self::Mask {
         Self::splat(Self::Real::MIN_NORMAL).le(self) & self.le(Self::splat(Self::Real::MAX))
     }
@@ -130,23 +130,23 @@ pub trait Real: Scalar<Real = Self, Mask = bool> {
 }
 
 impl Mask for bool {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn splat(value: bool) -> Self {
         value
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn all(self) -> bool {
         self
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn any(self) -> bool {
         self
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lane(self, index: usize) -> bool {
         self && index == 0
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_lane(&mut self, index: usize, value: bool) {
         if index == 0 {
             *self = value;
@@ -162,43 +162,43 @@ macro_rules! scalar {
             type Mask = bool;
             const LANES: usize = 1;
 
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn splat(value: $real) -> Self {
                 value
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn lane(self, index: usize) -> $real {
                 if index == 0 { self } else { <$real>::NAN }
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn set_lane(&mut self, index: usize, value: $real) {
                 if index == 0 {
                     *self = value;
                 }
             }
             #[cfg(feature = "std")]
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn sqrt(self) -> Self {
                 <$real>::sqrt(self)
             }
             #[cfg(all(feature = "libm", not(feature = "std")))]
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn sqrt(self) -> Self {
                 libm::$sqrtf(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn abs(self) -> Self {
                 <$real>::abs(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn lt(self, other: Self) -> bool {
                 self < other
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn le(self, other: Self) -> bool {
                 self <= other
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
             }
@@ -237,11 +237,11 @@ impl Real for f64 {
         (1.62858201153657823623e-02, 0.0),
     ];
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn from_f64(value: f64) -> f64 {
         value
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn to_f64(self) -> f64 {
         self
     }
@@ -261,11 +261,11 @@ impl Real for f32 {
     const COS: &'static [(f64, f64)] = &[(4.166664568298827e-2, -1.388731625493765e-3), (2.443315711809948e-5, 0.0)];
     const ATAN: &'static [(f64, f64)] = &[(3.33329491539e-1, -1.99777106478e-1), (1.38776856032e-1, -8.05374449538e-2)];
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn from_f64(value: f64) -> f32 {
         value as f32
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }

@@ -9,7 +9,7 @@ use crate::scalar::{Real, Scalar};
 
 /// Evaluates a polynomial given as pairs of coefficients of neighbouring powers, lowest first: half the latency of
 /// Horner's scheme.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn polynomial<S: Scalar>(x: S, pairs: &[(f64, f64)]) -> S {
     let x2 = x * x;
     let pair = |&(even, odd): &(f64, f64)| S::of(even) + S::of(odd) * x;
@@ -24,7 +24,7 @@ fn polynomial<S: Scalar>(x: S, pairs: &[(f64, f64)]) -> S {
 }
 
 /// (sin x)/x and cos x from x², for |x| ≤ π/4.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn sinc_cos_kernel<S: Scalar>(x2: S) -> (S, S) {
     let sinc = S::one() + x2 * polynomial(x2, S::Real::SIN);
     let cos = (S::one() - S::of(0.5) * x2) + (x2 * x2) * polynomial(x2, S::Real::COS);
@@ -35,7 +35,7 @@ pub(crate) fn sinc_cos_kernel<S: Scalar>(x2: S) -> (S, S) {
 ///
 /// The argument may be as large as [`Real::ANGLE_RANGE`]; beyond it, and for NaN, the angle counts as zero, so that
 /// no argument gives anything but a point on the unit circle.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sin_cos<S: Scalar>(angle: S) -> (S, S) {
     let in_range = angle.abs().le(S::of(S::Real::ANGLE_RANGE));
     let angle = S::select(in_range, angle, S::zero());
@@ -65,7 +65,7 @@ pub fn sin_cos<S: Scalar>(angle: S) -> (S, S) {
 /// The angle of the point (x, y) from the x axis, in [−π, π], within 3 ulp; zero at the origin.
 ///
 /// Unlike the platform's function it takes −0 for 0: `atan2(-0, -1)` is π.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn atan2<S: Scalar>(y: S, x: S) -> S {
     let (across, along) = (y.abs(), x.abs());
     let steep = along.lt(across);
@@ -86,7 +86,7 @@ pub fn atan2<S: Scalar>(y: S, x: S) -> S {
 }
 
 /// The same angle in [−π, π].
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn wrap<S: Scalar>(angle: S) -> S {
     angle - S::of(TAU) * (angle * S::of(1.0 / TAU)).round()
 }

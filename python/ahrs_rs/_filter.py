@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -45,7 +46,7 @@ class Param:
             raise ValueError(f"{self.name} must be a number, got {value!r}")
         try:
             number = float(cast(Any, value))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{self.name} must be a number, got {value!r}") from None
         low, high = self.range or (-np.inf, np.inf)
         if not low <= number <= high:
@@ -105,6 +106,7 @@ class Filter(_native.NativeFilter):
         kind = np.dtype(dtype)
         rate = None if rate is None else _number("rate", rate)
         declination = _number("declination", declination)
+        frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
         self = super().__new__(cls, cls.NAME, values, rate, frame, declination, gyr_hold, kind.name)
         self.rate, self.frame, self.declination, self.gyr_hold, self.dtype = (
             rate,
@@ -193,8 +195,7 @@ class Filter(_native.NativeFilter):
         narrow = _native.all_float32(gyr, acc, mag)
         if q0 is not None and state is not None:
             raise ValueError("q0: expected None where a state is given, got an attitude")
-        if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-            raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
+        threads = thread_count(threads)
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         indices = [self._output_index(name) for name in names]
         states = self._given_states(state, "float32" if narrow else "float64")
@@ -207,7 +208,7 @@ class Filter(_native.NativeFilter):
             quat=quat,
             gyr_bias=gyr_bias,
             status=status,
-            t=self._stamps(t, quat.shape[:-1], [s.samples for s in states or ()]),
+            t=self._stamps(t, quat.shape[:-1], states or []),
             state=new_states[0] if quat.ndim == 2 else new_states,
             extra=MappingProxyType(dict(zip(names, extra, strict=True))),
         )
@@ -224,15 +225,17 @@ class Filter(_native.NativeFilter):
         state.check(self.NAME, dtype, self._settings())
         return state
 
-    def _stamps(self, t: ArrayLike | None, shape: tuple[int, ...], before: list[int]) -> NDArray[np.float64]:
+    def _stamps(self, t: ArrayLike | None, shape: tuple[int, ...], before: list[State]) -> NDArray[np.float64]:
+        """The stamps of a run: given ones, or those of a constant rate that go on from the states."""
         if t is not None:
             return np.asarray(t, dtype=np.float64)
+        rate = self.rate or 1.0  # without a rate there are no samples
         steps = np.arange(shape[-1], dtype=np.float64)
-        if len(set(before)) > 1:
-            steps = steps + np.asarray(before, dtype=np.float64)[:, np.newaxis]
-        elif before:
-            steps = steps + before[0]
-        return steps / (self.rate or 1.0)
+        rows = [
+            (s.samples + steps) / rate if s.last_t is None else s.last_t + (steps + 1.0) / rate for s in before
+        ] or [steps / rate]
+        same = all(np.array_equal(row, rows[0]) for row in rows[1:])
+        return rows[0] if same else np.stack(rows)
 
     def _output_index(self, name: str) -> int:
         names = list(self.OUTPUTS)
@@ -299,8 +302,27 @@ def _number(name: str, value: object) -> float:
         raise ValueError(f"{name}: expected a number, got {value!r}")
     try:
         return float(cast(Any, value))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name}: expected a number, got {value!r}") from None
+
+
+def thread_count(threads: int | None) -> int | None:
+    """The number of threads; ``ValueError`` where it is none."""
+    if threads is None:
+        return None
+    try:
+        count = 0 if isinstance(threads, bool) else operator.index(threads)
+    except TypeError:
+        count = 0
+    if count < 1:
+        raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
+    return count
+
+
+def _choice(name: str, value: object, options: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in options:
+        raise ValueError(f"{name}: expected one of {', '.join(map(repr, options))}, got {value!r}")
+    return value
 
 
 def make_class(spec: Mapping[str, Any]) -> type[Filter]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Any, Literal, overload
 
-from ahrs_rs._filter import Filter
+from ahrs_rs._filter import Filter, thread_count
 from ahrs_rs._progress import progress_bar
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.recording import Recording
@@ -56,8 +56,7 @@ def run_many(
     """
     if errors not in ("raise", "return"):
         raise ValueError(f"errors: expected 'raise' or 'return', got {errors!r}")
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
+    threads = thread_count(threads)
     items = list(recordings)
     with ThreadPoolExecutor(max_workers=threads or os.cpu_count()) as pool:
         try:

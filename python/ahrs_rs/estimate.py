@@ -121,7 +121,13 @@ class Estimate:
         return columns
 
 
-def _estimate(*fields: Any) -> Estimate:
+def _estimate(
+    quat: Floats,
+    gyr_bias: Floats | None,
+    status: NDArray[np.uint8],
+    t: NDArray[np.float64],
+    state: State | list[State],
+    extra: dict[str, Floats],
+) -> Estimate:
     """The pickled estimate."""
-    *others, extra = fields
-    return Estimate(*others, MappingProxyType(extra))
+    return Estimate(quat, gyr_bias, status, t, state, MappingProxyType(extra))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -29,6 +30,14 @@ class State:
     """Stamp of the last sample in s, where stamps were given."""
     samples: int
     """How many samples came since the start."""
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(value) for value in self.variables):
+            raise ValueError("variables: expected finite numbers, got one that is not")
+        if self.samples < 0:
+            raise ValueError(f"samples: expected a number that is not negative, got {self.samples}")
+        if self.last_t is not None and not math.isfinite(self.last_t):
+            raise ValueError(f"last_t: expected a finite stamp or None, got {self.last_t}")
 
     def check(self, name: str, dtype: str, settings: tuple[tuple[str, float | str], ...]) -> None:
         """Raise a ``ValueError`` that says what differs, if the state is of another filter."""

@@ -42,15 +42,15 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
     fn new(params: &Params<S>) -> Self {
         Complementary { params: params.clone(), q: Quat::identity() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let predicted = match self.params.integration {
             Integration::Exponential => Euler::from_quat(rotate_by(self.q, sample.gyr, dt)),

@@ -37,15 +37,15 @@ impl<S: Scalar> Filter<S> for Ecompass<S> {
     fn new(_params: &Params<S>) -> Self {
         Ecompass { q: Quat::identity() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.q = tilted(self.q, sample, dt);
         if sample.mag_valid.any() {

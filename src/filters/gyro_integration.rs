@@ -38,15 +38,15 @@ impl<S: Scalar> Filter<S> for GyroIntegration<S> {
     fn new(params: &Params<S>) -> Self {
         GyroIntegration { params: params.clone(), q: Quat::identity() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.q = self.params.integration.step(self.q, sample.gyr, dt);
     }

@@ -11,7 +11,7 @@ choice! {
 
 impl Integration {
     /// The attitude after turning for `dt` at the angular rate (sensor frame, rad/s).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step<S: Scalar>(self, q: Quat<S>, rate: Vec3<S>, dt: S) -> Quat<S> {
         match self {
             Integration::Exponential => rotate_by(q, rate, dt),
@@ -21,7 +21,7 @@ impl Integration {
 }
 
 /// The derivative of the attitude, ½ q ⊗ (0, ω).
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn half_product<S: Scalar>(q: Quat<S>, rate: Vec3<S>) -> Quat<S> {
     q * Quat::from_parts(S::zero(), rate * S::of(0.5))
 }

@@ -68,15 +68,15 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     fn new(params: &Params<S>) -> Self {
         Madgwick { params: params.clone(), q: Quat::identity(), bias: Vec3::zero(), descent: Vec3::zero() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // ω_e = 2 q* ⊗ ∇f/‖∇f‖ (Ludwig Alg. 2, line 5, with the conjugate that it lacks), and the part along q
         let Descent { along_q, rate: descent, error } = match self.params.gradient {
@@ -106,7 +106,7 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
             }
         };
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn gyr_bias(&self) -> Vec3<S> {
         self.bias
     }
@@ -131,7 +131,7 @@ struct Descent<S> {
 
 /// The gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a small
 /// rotation of the sensor, and Jᵀf = 2 q ⊗ of it.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     let error = direction_error(q.matrix(), sample);
     let norm = error.norm2().sqrt();
@@ -142,7 +142,7 @@ fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
 }
 
 /// The published gradient.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     // With north on x, as the published Jacobians have it.
     let q = Frame::Nwu.from_enu::<S>() * q;
@@ -158,7 +158,7 @@ fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
 }
 
 /// Jᵀf of gravity (Çoçoli eqs 14-16), a the unit specific force.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn gravity_gradient<S: Scalar>(q: Quat<S>, a: Vec3<S>) -> Quat<S> {
     let (one, two, four) = (S::one(), S::of(2.0), S::of(4.0));
     let Quat { w, x, y, z } = q;
@@ -177,7 +177,7 @@ fn gravity_gradient<S: Scalar>(q: Quat<S>, a: Vec3<S>) -> Quat<S> {
 
 /// Jᵀf of the magnetic field (Madgwick 2011, the field's objective and its Jacobian), m the unit field; the earth's
 /// field b = (b_x, 0, b_z) has the inclination that is measured now.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn field_gradient<S: Scalar>(q: Quat<S>, m: Vec3<S>) -> Quat<S> {
     let (half, two, four) = (S::of(0.5), S::of(2.0), S::of(4.0));
     let Quat { w, x, y, z } = q;

@@ -57,15 +57,15 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     fn new(params: &Params<S>) -> Self {
         Mahony { params: params.clone(), q: Quat::identity(), bias: Vec3::zero(), error: Vec3::zero() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // Ludwig Alg. 1, lines 1-3; Çoçoli eq. 9 with the accelerometer normalised
         self.error = direction_error(self.q.matrix(), sample);
@@ -84,7 +84,7 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
         // Ludwig Alg. 1, line 6; Çoçoli eqs 12-13
         self.q = self.params.integration.step(self.q, rate, dt);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn gyr_bias(&self) -> Vec3<S> {
         self.bias
     }

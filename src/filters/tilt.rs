@@ -35,15 +35,15 @@ impl<S: Scalar> Filter<S> for Tilt<S> {
     fn new(_params: &Params<S>) -> Self {
         Tilt { q: Quat::identity() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.q = tilted(self.q, sample, dt);
     }
@@ -53,7 +53,7 @@ impl<S: Scalar> Filter<S> for Tilt<S> {
 }
 
 /// The attitude with the inclination of the accelerometer, or turned on by the gyroscope where that has no sample.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn tilted<S: Scalar>(q: Quat<S>, sample: &Sample<S>, dt: S) -> Quat<S> {
     let inclined = inclined_by(q, sample.acc);
     if sample.acc_valid.all() {

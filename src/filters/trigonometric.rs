@@ -46,15 +46,15 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
     fn new(params: &Params<S>) -> Self {
         Trigonometric { params: params.clone(), euler: Euler::from_quat(Quat::identity()) }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
         self.euler.to_quat()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.euler = Euler::select(lanes, Euler::from_quat(q), self.euler);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let measured = match self.params.source {
             Source::Acc => sample.acc_valid,
@@ -74,7 +74,7 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
 
 /// Roll and pitch of the specific force (eqs 3-4), with the yaw of `last`. Where the force is along the sensor's x
 /// axis roll is not defined, and that of `last` is kept.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn accelerometer_angles<S: Scalar>(acc: Vec3<S>, last: Euler<S>) -> Euler<S> {
     let a = acc.unit();
     let across = (a.y * a.y + a.z * a.z).sqrt();
@@ -87,7 +87,7 @@ pub(super) fn accelerometer_angles<S: Scalar>(acc: Vec3<S>, last: Euler<S>) -> E
 }
 
 /// The Euler angles after a first-order step of their rates (eq. 5, and the row of the yaw that it leaves out).
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn integrated<S: Scalar>(e: Euler<S>, rate: Vec3<S>, dt: S) -> Euler<S> {
     let rates = euler_rates(e, rate);
     let limit = S::of(PI) * S::of(S::Real::ANGLE_RANGE);

@@ -8,7 +8,7 @@ use crate::so3::{Matrix3, Vec3};
 ///
 /// v̂ is up, m̂ the earth's field with the inclination that is measured now and the heading of the estimate: its
 /// horizontal part is put on north, here the y axis.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>) -> Vec3<S> {
     // A choice is made only where lanes differ: for one recording it is a branch that is nearly always the same.
     let chosen = |valid: S::Mask, e: Vec3<S>| if valid.all() { e } else { Vec3::select(valid, e, Vec3::zero()) };

@@ -21,7 +21,7 @@ impl<S: Scalar> Euler<S> {
     /// pitch is ±π/2 and only yaw ∓ roll is defined (there roll is zero).
     ///
     /// By the half sum and half difference of the outer angles (Bernardes & Viollet, PLoS ONE 17(11), 2022).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_quat(q: Quat<S>) -> Self {
         let (a, b) = (q.w - q.y, q.x + q.z);
         let (c, d) = (q.w + q.y, q.z - q.x);
@@ -40,7 +40,7 @@ impl<S: Scalar> Euler<S> {
     }
 
     /// `yes` where the mask is true, else `no`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Euler {
             roll: S::select(mask, yes.roll, no.roll),
@@ -57,7 +57,7 @@ impl<S: Scalar> Euler<S> {
     }
 
     /// The unit quaternion of the angles.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_quat(self) -> Quat<S> {
         let half = S::of(0.5);
         let (sr, cr) = sin_cos(self.roll * half);
@@ -74,7 +74,7 @@ impl<S: Scalar> Euler<S> {
 }
 
 /// The rates of the Euler angles at the angular rate (p, q, r) of the sensor, rad/s.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn euler_rates<S: Scalar>(e: Euler<S>, rate: Vec3<S>) -> Euler<S> {
     let (sr, cr) = sin_cos(e.roll);
     let (sp, cp) = sin_cos(e.pitch);

@@ -9,7 +9,7 @@ use crate::trig::{sin_cos, sinc_cos_kernel};
 /// The unit quaternion exp(v) = (cos |v|, v·sin |v|/|v|): the rotation by 2|v| about v.
 ///
 /// Exact to rounding for every v with |v| up to [`Real::ANGLE_RANGE`]; beyond it, and for NaN, the identity.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn exp_half<S: Scalar>(v: Vec3<S>) -> Quat<S> {
     let angle2 = v.norm2();
     // Up to a quarter turn a step (|v| ≤ π/4) two polynomials in |v|² need neither a root nor a division.
@@ -32,13 +32,13 @@ pub fn exp_half<S: Scalar>(v: Vec3<S>) -> Quat<S> {
 ///
 /// The norm is mended before the product, where the processor can do it while it waits for the exponential; the
 /// product's own rounding, some units in the last place, stays until the next step.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn rotate_by<S: Scalar>(q: Quat<S>, rate: Vec3<S>, dt: S) -> Quat<S> {
     q.renormalized() * exp_half(rate * (S::of(0.5) * dt))
 }
 
 /// The attitude after a first-order step of the derivative `q_dot`, normalised: q + q̇ dt.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn first_order_step<S: Scalar>(q: Quat<S>, q_dot: Quat<S>, dt: S) -> Quat<S> {
     q.plus(q_dot.scale(dt)).unit_or(q)
 }

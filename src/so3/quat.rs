@@ -31,64 +31,64 @@ pub struct Matrix3<S> {
 
 impl<S: Scalar> Quat<S> {
     /// The quaternion w + xi + yj + zk.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(w: S, x: S, y: S, z: S) -> Self {
         Quat { w, x, y, z }
     }
     /// The same quaternion in every lane, rounded to the lane's type.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn of([w, x, y, z]: [f64; 4]) -> Self {
         Self::new(S::of(w), S::of(x), S::of(y), S::of(z))
     }
     /// The rotation by nothing.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn identity() -> Self {
         Self::of([1.0, 0.0, 0.0, 0.0])
     }
     /// A quaternion of scalar part `w` and vector part `v`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_parts(w: S, v: Vec3<S>) -> Self {
         Self::new(w, v.x, v.y, v.z)
     }
     /// The vector part.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn vector(self) -> Vec3<S> {
         Vec3::new(self.x, self.y, self.z)
     }
     /// The inverse rotation.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn conj(self) -> Self {
         Self::new(self.w, -self.x, -self.y, -self.z)
     }
     /// The scalar product of two quaternions.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn dot(self, other: Self) -> S {
         (self.w * other.w + self.x * other.x) + (self.y * other.y + self.z * other.z)
     }
     /// All components times a factor.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn scale(self, factor: S) -> Self {
         Self::new(self.w * factor, self.x * factor, self.y * factor, self.z * factor)
     }
     /// The sum by components.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn plus(self, other: Self) -> Self {
         Self::new(self.w + other.w, self.x + other.x, self.y + other.y, self.z + other.z)
     }
     /// The quaternion of unit norm with the same direction, or `otherwise` where there is none.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn unit_or(self, otherwise: Self) -> Self {
         let n2 = self.dot(self);
         Self::select(n2.is_normal_norm2(), self.scale(S::one() / n2.sqrt()), otherwise)
     }
     /// Brings a norm that differs from one by rounding only back to one: the first step of Newton's method for
     /// 1/√n, whose error is the square of that difference.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn renormalized(self) -> Self {
         self.scale(S::of(1.5) - S::of(0.5) * self.dot(self))
     }
     /// `yes` where the mask is true, else `no`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self::new(
             S::select(mask, yes.w, no.w),
@@ -98,7 +98,7 @@ impl<S: Scalar> Quat<S> {
         )
     }
     /// The rotation matrix R(q): `v_earth = R v_sensor`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn matrix(self) -> Matrix3<S> {
         let (one, two) = (S::one(), S::of(2.0));
         let (x2, y2, z2) = (two * self.x, two * self.y, two * self.z);
@@ -112,12 +112,12 @@ impl<S: Scalar> Quat<S> {
         }
     }
     /// The vector seen from the earth: `q ⊗ v ⊗ q*`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotate(self, v: Vec3<S>) -> Vec3<S> {
         self.matrix().apply(v)
     }
     /// The shortest rotation that takes the unit vector `u` to +z; by half a turn about x where u = −z.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn shortest_to_up(u: Vec3<S>) -> Self {
         // Proportional to (1 + u·z, u × z); 1 + u_z without cancellation near −z.
         let across2 = u.x * u.x + u.y * u.y;
@@ -127,7 +127,7 @@ impl<S: Scalar> Quat<S> {
         Self::new(w, u.y, -u.x, S::zero()).unit_or(Self::of([0.0, 1.0, 0.0, 0.0]))
     }
     /// The rotation about z that takes the horizontal vector (x, y) of norm `n` to +y.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn turn_to_north(x: S, y: S, n: S) -> Self {
         let southern = y.lt(S::zero());
         let w = S::select(southern, x * x / (n - y), n + y);
@@ -145,7 +145,7 @@ impl<S: Scalar> Quat<S> {
 /// Hamilton's product: first the rotation on the right, then the one on the left.
 impl<S: Scalar> Mul for Quat<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, r: Self) -> Self {
         Self::new(
             (self.w * r.w - self.x * r.x) - (self.y * r.y + self.z * r.z),
@@ -158,7 +158,7 @@ impl<S: Scalar> Mul for Quat<S> {
 
 impl<S: Scalar> Neg for Quat<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn neg(self) -> Self {
         Self::new(-self.w, -self.x, -self.y, -self.z)
     }
@@ -166,12 +166,12 @@ impl<S: Scalar> Neg for Quat<S> {
 
 impl<S: Scalar> Matrix3<S> {
     /// The vector seen from the earth: R v.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply(self, v: Vec3<S>) -> Vec3<S> {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
     /// A vector (0, y, z) of the earth seen from the sensor: Rᵀ (0, y, z).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn transpose_apply_north_up(self, y: S, z: S) -> Vec3<S> {
         self.y * y + self.z * z
     }

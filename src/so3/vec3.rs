@@ -17,27 +17,27 @@ pub struct Vec3<S> {
 
 impl<S: Scalar> Vec3<S> {
     /// The vector (x, y, z).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(x: S, y: S, z: S) -> Self {
         Vec3 { x, y, z }
     }
     /// The zero vector.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn zero() -> Self {
         Self::new(S::zero(), S::zero(), S::zero())
     }
     /// The same vector in every lane, rounded to the lane's type.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn of([x, y, z]: [f64; 3]) -> Self {
         Self::new(S::of(x), S::of(y), S::of(z))
     }
     /// The scalar product.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn dot(self, other: Self) -> S {
         (self.x * other.x + self.y * other.y) + self.z * other.z
     }
     /// The vector product.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn cross(self, other: Self) -> Self {
         Self::new(
             self.y * other.z - self.z * other.y,
@@ -46,17 +46,17 @@ impl<S: Scalar> Vec3<S> {
         )
     }
     /// The squared Euclidean norm.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn norm2(self) -> S {
         self.dot(self)
     }
     /// The vector of unit length in the same direction; NaN or infinite for the zero vector.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn unit(self) -> Self {
         self * (S::one() / self.norm2().sqrt())
     }
     /// `yes` where the mask is true, else `no`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
         Self::new(S::select(mask, yes.x, no.x), S::select(mask, yes.y, no.y), S::select(mask, yes.z, no.z))
     }
@@ -70,7 +70,7 @@ impl<S: Scalar> Vec3<S> {
 
 impl<S: Scalar> Add for Vec3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
@@ -78,7 +78,7 @@ impl<S: Scalar> Add for Vec3<S> {
 
 impl<S: Scalar> Sub for Vec3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sub(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
@@ -86,7 +86,7 @@ impl<S: Scalar> Sub for Vec3<S> {
 
 impl<S: Scalar> Mul<S> for Vec3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, factor: S) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
@@ -94,7 +94,7 @@ impl<S: Scalar> Mul<S> for Vec3<S> {
 
 impl<S: Scalar> Neg for Vec3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn neg(self) -> Self {
         Self::new(-self.x, -self.y, -self.z)
     }

@@ -97,7 +97,8 @@ def test_no_data_makes_any_filter_not_finite(dtype: type, rows: list[tuple[float
         # And what comes after it is computed from good data.
         after = f.run(*good.sensors(), state=est.state)
         assert finite_and_unit(after.quat), case.label
-        assert not after.status.any(), case.label
+        # With a linear hold the first mean still has the last rate in it, which may be too large, and says so.
+        assert not after.status[1 if hold == "linear" else 0 :].any(), case.label
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -31,8 +31,9 @@ pub fn shape_text(shape: &[usize]) -> String {
 fn numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     let py = object.py();
     let array = match object.cast::<PyUntypedArray>() {
-        Ok(array) => array.clone(),
-        Err(_) => py
+        Ok(array) if array.is_exact_instance_of::<PyUntypedArray>() => array.clone(),
+        Ok(array) if array.hasattr(intern!(py, "mask"))? => masked(name, array)?,
+        _ => py
             .import(intern!(py, "numpy"))?
             .call_method1(intern!(py, "asarray"), (object,))
             .map_err(|error| bad(name, "an array of numbers", error.value(py)))?
@@ -42,6 +43,15 @@ fn numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
         b'f' | b'i' | b'u' | b'b' => Ok(array),
         _ => Err(bad(name, "an array of real numbers", format!("dtype {}", array.dtype()))),
     }
+}
+
+/// A masked array as one with NaN where it is masked: what is masked is no measurement.
+fn masked<'py>(name: &str, array: &Bound<'py, PyUntypedArray>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let py = array.py();
+    let narrow = array.dtype().kind() == b'f' && array.dtype().itemsize() == size_of::<f32>();
+    let floats = array.call_method1(intern!(py, "astype"), (if narrow { "float32" } else { "float64" },));
+    let floats = floats.map_err(|error| bad(name, "an array of real numbers", error.value(py)))?;
+    Ok(floats.call_method1(intern!(py, "filled"), (f64::NAN,))?.cast_into::<PyUntypedArray>()?)
 }
 
 /// Whether the object is an array of 32-bit floats.
@@ -68,7 +78,9 @@ pub fn all_float32(
 pub fn array<'py, T: Dtype>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let py = object.py();
     let array = match object.cast::<PyArrayDyn<T>>() {
-        Ok(array) if array.is_aligned() => return readonly(name, array),
+        Ok(array) if array.is_aligned() && array.is_exact_instance_of::<PyUntypedArray>() => {
+            return readonly(name, array);
+        }
         _ => numbers(name, object)?,
     };
     let options = PyDict::new(py);
@@ -178,25 +190,31 @@ pub fn start_quats<T: Dtype>(object: &Bound<'_, PyAny>, n: Option<usize>) -> PyR
 
 /// A vector of three numbers that are not infinite, for one streaming update.
 pub fn vector<T: Dtype>(name: &str, object: &Bound<'_, PyAny>) -> PyResult<[T; 3]> {
-    // The common case first: a vector of the right dtype needs no view.
+    // The common cases first: an array of three of the right dtype, or of float64, needs no view.
     if let Ok(vector) = object.cast::<PyArray1<T>>()
         && let Some(values) = three(vector)
     {
         return Ok(values);
     }
-    let array = array::<T>(name, object)?;
+    if let Ok(vector) = object.cast::<PyArray1<f64>>()
+        && let Some(values) = three(vector)
+    {
+        return Ok(values.map(T::from_f64));
+    }
+    let array = array::<f64>(name, object)?;
     let view = array.as_array();
     if view.shape() != [3] {
         return Err(bad(name, "shape (3,)", shape_text(view.shape())));
     }
     check_not_infinite(name, &view).map_err(PyValueError::new_err)?;
+    // A number beyond the filter's dtype becomes infinite here: a measurement that is missing, not an error.
     let mut values = view.iter().copied();
-    Ok([(); 3].map(|()| values.next().unwrap_or(T::zero())))
+    Ok([(); 3].map(|()| T::from_f64(values.next().unwrap_or(0.0))))
 }
 
 /// The values of an aligned array of three, if none is infinite.
 fn three<T: Dtype>(vector: &Bound<'_, PyArray1<T>>) -> Option<[T; 3]> {
-    if !vector.is_aligned() || vector.len() != 3 {
+    if !vector.is_aligned() || vector.len() != 3 || !vector.is_exact_instance_of::<PyUntypedArray>() {
         return None;
     }
     let values = [vector.get_owned(0)?, vector.get_owned(1)?, vector.get_owned(2)?];

@@ -108,10 +108,8 @@ class Driver:
             status |= MAG_MISSING
 
         previous_rate = self.last_rate
-        rate = gyr
-        if not self._in_range(gyr, dt):
-            status |= GYR_HELD
-            rate = previous_rate if self._in_range(previous_rate, dt) else (0.0, 0.0, 0.0)
+        measured_rate = self._in_range(gyr, dt)
+        rate = gyr if measured_rate else previous_rate
         self.last_rate = rate
         if self.gyr_hold == "linear" and self.started:
             rate = (
@@ -119,6 +117,12 @@ class Driver:
                 (previous_rate[1] + rate[1]) / 2,
                 (previous_rate[2] + rate[2]) / 2,
             )
+        # A rate too large for this step is left out of it, and kept for the next one.
+        turned = self._in_range(rate, dt)
+        if not (measured_rate and turned):
+            status |= GYR_HELD
+        if not turned:
+            rate = (0.0, 0.0, 0.0)
         self.started = True
 
         # A given q0 is relative to true north; the magnetometer knows magnetic north.
