@@ -149,7 +149,8 @@ fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     let zero = Quat::of([0.0; 4]);
     let mut gradient = Quat::select(sample.acc_valid, gravity_gradient(q, sample.acc.unit()), zero);
     if sample.mag_valid.any() {
-        gradient = gradient.plus(Quat::select(sample.mag_valid, field_gradient(q, sample.mag.unit()), zero));
+        let both = gradient.plus(field_gradient(q, sample.mag.unit()));
+        gradient = Quat::select(sample.mag_valid, both, gradient);
     }
     let norm = gradient.dot(gradient).sqrt();
     let known = S::of(S::Real::GRADIENT_FLOOR).le(norm);

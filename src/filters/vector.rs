@@ -11,14 +11,17 @@ use crate::so3::{Matrix3, Vec3};
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>) -> Vec3<S> {
     // A choice is made only where lanes differ: for one recording it is a branch that is nearly always the same.
-    let chosen = |valid: S::Mask, e: Vec3<S>| if valid.all() { e } else { Vec3::select(valid, e, Vec3::zero()) };
-    let mut error = chosen(sample.acc_valid, sample.acc.unit().cross(r.z));
+    let mut error = sample.acc.unit().cross(r.z);
+    if !sample.acc_valid.all() {
+        error = Vec3::select(sample.acc_valid, error, Vec3::zero());
+    }
     if sample.mag_valid.any() {
         let m = sample.mag.unit();
         let h = r.apply(m);
         let north = (h.x * h.x + h.y * h.y).sqrt();
         let predicted = r.transpose_apply_north_up(north, h.z);
-        error = error + chosen(sample.mag_valid, m.cross(predicted));
+        let both = error + m.cross(predicted);
+        error = if sample.mag_valid.all() { both } else { Vec3::select(sample.mag_valid, both, error) };
     }
     error
 }

@@ -6,10 +6,11 @@ use crate::recording::{broken, moving};
 
 /// By how much the norm of the outputs may differ from one, in epsilon.
 ///
-/// The attitude is a product of two quaternions of unit norm: the one renormalised by Newton's step to 3 epsilon, the
-/// exponential within 6 by its sine and cosine; or it is divided by its norm. The product rounds by up to 4. The output
-/// is a product with the frame's rotation, itself a product of two: 12 at most.
-pub const NORM_BOUND: f64 = 25.0;
+/// The attitude is normalised (to 1.5 epsilon), or a product of a quaternion that was brought back to unit norm by
+/// Newton's step (1.5) and an exponential (1: its sine and cosine are of one angle); a product adds up to one, and the
+/// frame's rotation with its rounded constants another. Roundings do not all add up: over a million steps and over
+/// hostile inputs the largest was 2.6.
+pub const NORM_BOUND: f64 = 4.0;
 
 /// | |q| − 1 | to more digits than q has.
 pub fn norm_error(q: [f64; 4]) -> f64 {
@@ -28,7 +29,7 @@ fn the_norm_stays_one_over_thousands_of_steps() {
         let mut worst: f64 = 0.0;
         for params in choices(case.spec) {
             for settings in settings() {
-                for rows in [moving(1, 1500), broken(2, 1500)] {
+                for rows in [moving(1, 2000), broken(2, 2000)] {
                     for reading in run(case.make(&params, settings).as_mut(), &rows, BOTH) {
                         let error = norm_error(reading.quat) / case.epsilon;
                         assert!(error <= NORM_BOUND, "{} {params:?} {settings:?}: {error} epsilon", case.name());

@@ -13,13 +13,14 @@ pub const FIELD: [f64; 3] = [0.0, 20.0, -45.0];
 const NAN3: [f64; 3] = [f64::NAN; 3];
 
 /// Rows that are no measurement: NaN in one place or all, zero, and squares that overflow or vanish, in `f32` too.
-pub const NO_MEASUREMENT: [[f64; 3]; 8] = [
+pub const NO_MEASUREMENT: [[f64; 3]; 9] = [
     NAN3,
     [1.0, f64::NAN, 2.0],
     [0.0; 3],
     [-0.0, 0.0, -0.0],
     [1e200, 0.0, 0.0],
     [0.0, 1e-170, 0.0],
+    [0.0, 1.2e-154, 0.0],
     [f64::INFINITY, 0.0, 1.0],
     [5e-324, 0.0, -5e-324],
 ];

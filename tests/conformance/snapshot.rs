@@ -78,9 +78,9 @@ fn a_snapshot_holds_what_every_frame_and_hold_needs() {
 fn reading_a_snapshot_changes_nothing() {
     for case in cases() {
         let mut bank = case.make(&[], Settings::default());
+        let recordings: Vec<_> = (0..case.lanes as u64).map(|lane| broken(lane, SAMPLES)).collect();
         for k in 0..SAMPLES {
-            let rows: Vec<_> = (0..case.lanes as u64).map(|lane| broken(lane, SAMPLES)[k]).collect();
-            bank.step(&rows, BOTH);
+            bank.step(&rows(&recordings, k), BOTH);
             for lane in 0..case.lanes {
                 let bits = |variables: Vec<f64>| variables.into_iter().map(f64::to_bits).collect::<Vec<_>>();
                 let first = bits(bank.save(lane));
