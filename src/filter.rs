@@ -179,6 +179,10 @@ pub trait Filter<S: Scalar>: Clone {
     fn gyr_bias(&self) -> Vec3<S> {
         Vec3::zero()
     }
+    /// True where the parameters are such that the bias is never anything but zero, and need not be written down.
+    fn bias_stays_zero(&self) -> bool {
+        false
+    }
     /// Sets the bits of rejection, rest and recovery of the last step.
     fn flag(&self, _flags: &mut Flags<S::Mask>) {}
     /// Calls `put` with each value of output `index` of the description, row by row.

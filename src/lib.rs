@@ -25,7 +25,7 @@
 //! let acc = Vec3::new(0.0, 0.0, 9.81); // m/s²
 //! let mag = Vec3::new(0.0, 20.0, -43.0); // µT
 //! let output = ahrs.step(gyr, Some(acc), Some(mag), 0.01);
-//! assert_eq!(output.quat.w, 1.0);
+//! assert!((output.quat.w - 1.0).abs() < 1e-6);
 //! ```
 //!
 //! # Speed of the compiler

@@ -3,6 +3,7 @@
 //! Nothing here knows a filter by name: a new one in the registry is tested by being there.
 
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "a test that fails may panic")]
+#![allow(clippy::float_cmp, reason = "where a law is exact it is tested exactly")]
 #![allow(clippy::cast_precision_loss, reason = "small counters")]
 
 #[path = "conformance/bank.rs"]

@@ -110,6 +110,9 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     fn gyr_bias(&self) -> Vec3<S> {
         self.bias
     }
+    fn bias_stays_zero(&self) -> bool {
+        self.params.zeta.le(S::zero()).all()
+    }
     fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
         self.descent.clone().each(&mut |value| put(*value));
     }
@@ -134,9 +137,11 @@ struct Descent<S> {
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     let error = direction_error(q.matrix(), sample);
-    let norm = error.norm2().sqrt();
+    let norm2 = error.norm2();
+    let norm = norm2.sqrt();
     let known = S::of(0.5 * S::Real::GRADIENT_FLOOR).le(norm);
-    let rate = error * (S::of(-2.0) / norm);
+    // −2/‖e‖ as a root and a quotient that the processor computes side by side, not one after the other.
+    let rate = error * (norm * (S::of(-2.0) / norm2));
     let rate = if known.all() { rate } else { Vec3::select(known, rate, Vec3::zero()) };
     Descent { along_q: S::zero(), rate, error: norm }
 }

@@ -88,6 +88,9 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     fn gyr_bias(&self) -> Vec3<S> {
         self.bias
     }
+    fn bias_stays_zero(&self) -> bool {
+        self.params.ki.le(S::zero()).all()
+    }
     fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
         self.error.clone().each(&mut |value| put(*value));
     }

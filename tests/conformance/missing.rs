@@ -70,7 +70,9 @@ fn a_sensor_that_is_not_there_is_one_without_measurements() {
         for params in choices(case.spec) {
             let mut rows = moving(5, 40);
             let absent = run(case.make(&params, Settings::default()).as_mut(), &rows, ACC);
-            rows.iter_mut().for_each(|row| row.mag = NAN3);
+            for row in &mut rows {
+                row.mag = NAN3;
+            }
             let missing = run(case.make(&params, Settings::default()).as_mut(), &rows, BOTH);
             for (absent, missing) in absent.iter().zip(&missing) {
                 let missing = Reading { status: missing.status & !MAG_MISSING, ..missing.clone() };

@@ -74,12 +74,12 @@ pub fn broken(seed: u64, samples: usize) -> Vec<Row> {
                 *v = [0.0, -0.0, [9.8, -9.8][random.below(2)]];
             }
         }
-        if random.chance(0.1) {
-            row.gyr = NO_RATE[random.below(NO_RATE.len())];
-        } else if random.chance(0.1) {
+        row.gyr = match random.below(10) {
+            0 => NO_RATE[random.below(NO_RATE.len())],
             // Beyond π/4 a step, where the exponential is computed another way.
-            row.gyr = row.gyr.map(|c| 200.0 * c);
-        }
+            1 => row.gyr.map(|c| 200.0 * c),
+            _ => row.gyr,
+        };
         if random.chance(0.1) {
             row.dt = [0.0, 1.5, 1e-9, 1e7][random.below(4)];
         }

@@ -14,7 +14,8 @@ pub struct DoubleDouble {
 }
 
 /// π/2 to 212 bits, as the sum of four numbers (from Machin's formula in 120 decimal digits).
-const HALF_PI: [f64; 4] = [1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33, 5.562271104316826e-50];
+const HALF_PI: [f64; 4] =
+    [std::f64::consts::FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33, 5.562271104316826e-50];
 
 fn two_sum(a: f64, b: f64) -> DoubleDouble {
     let sum = a + b;
@@ -119,7 +120,7 @@ pub fn sin_cos(angle: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
         term = term / DoubleDouble::from(f64::from(power + 1));
     }
     let sin = sin * rest;
-    match (turns.rem_euclid(4.0)) as u8 {
+    match turns as i64 & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),
         2 => (-sin, -cos),

@@ -36,6 +36,8 @@ pub trait Stream<T>: Send + Sync {
     fn quat(&self) -> [T; 4];
     /// The gyroscope's bias, or none.
     fn gyr_bias(&self) -> Option<[T; 3]>;
+    /// True where the bias is zero at every sample.
+    fn bias_stays_zero(&self) -> bool;
     /// The values of output `index` of the filter's description after the last sample.
     fn output(&self, index: usize) -> Vec<T>;
     /// Every variable that the next step depends on.
@@ -98,6 +100,11 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
 
     fn gyr_bias(&self) -> Option<[T; 3]> {
         F::SPEC.gyr_bias.then(|| array3(self.filter().gyr_bias()))
+    }
+
+    fn bias_stays_zero(&self) -> bool {
+        let bias = self.filter().gyr_bias();
+        self.filter().bias_stays_zero() && bias.norm2().le(T::zero())
     }
 
     fn output(&self, index: usize) -> Vec<T> {

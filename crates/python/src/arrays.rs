@@ -221,10 +221,28 @@ fn three<T: Dtype>(vector: &Bound<'_, PyArray1<T>>) -> Option<[T; 3]> {
     values.iter().all(|value| !T::splat(T::MAX).lt(value.abs())).then_some(values)
 }
 
-/// A new array whose values are all still to be written. numpy allocates, because it reuses pages.
-pub fn empty<'py, E: Element>(py: Python<'py>, shape: &[usize], dtype: &str) -> PyResult<Bound<'py, PyArrayDyn<E>>> {
+/// What is in a new array.
+#[derive(Clone, Copy)]
+pub enum Fill {
+    /// Anything: all values are still to be written.
+    Nothing,
+    /// Zeros, which cost nothing until they are read.
+    Zeros,
+}
+
+/// A new array. numpy allocates, because it reuses pages.
+pub fn new_array<'py, E: Element>(
+    py: Python<'py>,
+    fill: Fill,
+    shape: &[usize],
+    dtype: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<E>>> {
     let numpy = py.import(intern!(py, "numpy"))?;
-    let array = numpy.call_method1(intern!(py, "empty"), (PyTuple::new(py, shape)?, dtype))?;
+    let function = match fill {
+        Fill::Nothing => intern!(py, "empty"),
+        Fill::Zeros => intern!(py, "zeros"),
+    };
+    let array = numpy.call_method1(function, (PyTuple::new(py, shape)?, dtype))?;
     Ok(array.cast_into::<PyArrayDyn<E>>()?)
 }
 

@@ -8,8 +8,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{
-    Dtype, array, bad, check_apart, check_not_infinite, check_stamps, empty, output, rows3, same_shape, stamps,
-    start_quats,
+    Dtype, Fill, array, bad, check_apart, check_not_infinite, check_stamps, new_array, output, rows3, same_shape,
+    stamps, start_quats,
 };
 use crate::filter::{Recipe, Snapshot};
 
@@ -63,7 +63,7 @@ pub fn run<'py, T: Dtype>(
     let spec = recipe.entry.spec;
     let leading = shape.split_last().map(|(_, leading)| leading.to_vec()).unwrap_or_default();
     let with = |row: &[usize]| -> Vec<usize> { leading.iter().chain(row).copied().collect() };
-    let new = |row: &[usize]| empty::<T>(py, &with(row), T::DTYPE);
+    let new = |row: &[usize], fill: Fill| new_array::<T>(py, fill, &with(row), T::DTYPE);
     let quat = match arguments.out {
         Some(out) => {
             for input in [Some(arguments.gyr), arguments.acc, arguments.mag, arguments.t.map(|t| t.as_any())] {
@@ -71,19 +71,22 @@ pub fn run<'py, T: Dtype>(
             }
             output::<T>(out, &with(&[4]))?
         }
-        None => new(&[4])?,
+        None => new(&[4], Fill::Nothing)?,
     };
-    let gyr_bias = spec.gyr_bias.then(|| new(&[3])).transpose()?;
-    let status = empty::<u8>(py, &leading, "uint8")?;
+    let zero_bias = streams.iter().all(|stream| stream.bias_stays_zero());
+    let bias_fill = if zero_bias { Fill::Zeros } else { Fill::Nothing };
+    let gyr_bias = spec.gyr_bias.then(|| new(&[3], bias_fill)).transpose()?;
+    let status = new_array::<u8>(py, Fill::Nothing, &leading, "uint8")?;
     let asked: Vec<_> =
         arguments.outputs.iter().filter_map(|&index| spec.outputs.get(index).map(|output| (index, output))).collect();
-    let extra = asked.iter().map(|(_, output)| new(output.shape)).collect::<PyResult<Vec<_>>>()?;
+    let extra = asked.iter().map(|(_, output)| new(output.shape, Fill::Nothing)).collect::<PyResult<Vec<_>>>()?;
 
     let snapshots = {
         // Views of the results as (N, T, values), taken apart by recording.
         let mut quat = writing("out", &quat)?;
         let mut quat = rows_mut(quat.as_array_mut(), n, samples, 4)?.into_iter();
-        let mut gyr_bias = gyr_bias.as_ref().map(|array| writing("gyr_bias", array)).transpose()?;
+        let mut gyr_bias =
+            gyr_bias.as_ref().filter(|_| !zero_bias).map(|array| writing("gyr_bias", array)).transpose()?;
         let mut gyr_bias = match &mut gyr_bias {
             Some(array) => rows_mut(array.as_array_mut(), n, samples, 3)?.into_iter().map(Some).collect(),
             None => Vec::new(),
