@@ -8,6 +8,8 @@
 
 #[path = "conformance/bank.rs"]
 mod bank;
+#[path = "conformance/claims.rs"]
+mod claims;
 #[path = "support/double_double.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod double_double;

@@ -1,6 +1,5 @@
 //! Rows that are no measurement, and sensors that are not there.
 
-use ahrs_rs::filter::Magnetometer;
 use ahrs_rs::{GyrHold, Settings, Vec3};
 
 use crate::bank::{ACC, BOTH, NONE, Reading, Row, choices, run, scalars};
@@ -193,21 +192,6 @@ fn a_vertical_field_gives_no_heading_and_the_next_one_does() {
                 // A quarter turn, by way of Euler angles at most.
                 assert!((value - expected).abs() <= 8.0 * case.epsilon, "{} {params:?}", case.name());
             }
-        }
-    }
-}
-
-#[test]
-fn filters_without_a_magnetometer_use_it_for_the_first_heading_only() {
-    for case in scalars() {
-        for params in choices(case.spec) {
-            let mut rows = moving(9, 60);
-            let given = run(case.make(&params, Settings::default()).as_mut(), &rows, BOTH);
-            rows[1..].iter_mut().for_each(|row| row.mag = NAN3);
-            let first_only = run(case.make(&params, Settings::default()).as_mut(), &rows, BOTH);
-            let equal = given.iter().zip(&first_only).all(|(a, b)| a.quat == b.quat && a.gyr_bias == b.gyr_bias);
-            let expected = case.spec.magnetometer == Magnetometer::InitialHeading;
-            assert_eq!(equal, expected, "{} {params:?}: the magnetometer is used as described", case.name());
         }
     }
 }
