@@ -23,7 +23,7 @@ $(VENV)/.made:
 	@touch $@
 
 build: $(VENV)/.made ## Build the package into the virtual environment, with all that tests and demo need
-	$(BIN)/maturin develop --release --quiet --extras test
+	$(BIN)/maturin develop --release --quiet --extras all,test
 
 test-rust: ## Run the Rust tests with every set of features
 	cargo test --workspace --exclude ahrs-rs-python --quiet

@@ -26,10 +26,9 @@ heading of its start, so its total and heading errors show the gyroscope's drift
 """
 
 EXPLANATION = """
-The references for these recordings, each reached within 0.5 %: Madgwick with the paper's gradient 4.94 / 3.77 / 2.73
-at β = 0.1 and 4.84 / 3.80 / 2.52 at β = 0.08, with the tangent gradient 4.83 total at 0.08; Mahony 11.3 / 10.0 /
-4.7 at kp = 0.74, ki = 0.0012. They were computed with the papers' first-order step; the exponential map changes them
-in the third digit.
+The references for these recordings: Madgwick with the paper's gradient 4.94 / 3.77 / 2.73 at β = 0.1 and 4.84 / 3.80 /
+2.52 at β = 0.08, with the tangent gradient 4.83 total at 0.08; Mahony 11.3 / 10.0 / 4.7 at kp = 0.74, ki = 0.0012. With
+the papers' first-order step they come out to the digit; the exponential map changes the third one.
 """
 
 
