@@ -1,6 +1,7 @@
 //! The rules that hold for every filter: start, missing data, frames, sign and snapshots.
 
 use crate::filter::{Filter, Flags, Sample};
+use crate::reading::{Measured, Reading};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Frame, Quat, Vec3};
 use crate::trig::sin_cos;
@@ -110,6 +111,12 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// squared norm is zero, subnormal or not finite, is a measurement that is missing.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step(&mut self, gyr: Vec3<S>, acc: Option<Vec3<S>>, mag: Option<Vec3<S>>, dt: S) -> Output<S> {
+        self.take(&Reading::new(gyr, acc, mag), dt)
+    }
+
+    /// [`Estimator::step`] with a reading that was computed before.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn take(&mut self, reading: &Reading<S>, dt: S) -> Output<S> {
         let mut flags = Flags::none();
         // Without a given attitude the first sample aligns, and nothing turns.
         let fresh = self.is_fresh();
@@ -118,21 +125,19 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             dt = S::select(fresh, S::zero(), dt);
         }
 
-        let rate = self.angular_rate(gyr, dt, &mut flags);
-        let valid = |v: Option<Vec3<S>>| v.map_or(S::Mask::splat(false), |v| v.norm2().is_normal_norm2());
-        let (acc_valid, mag_valid) = (valid(acc), valid(mag));
-        self.acc_seen = self.acc_seen | S::Mask::splat(acc.is_some());
-        self.mag_seen = self.mag_seen | S::Mask::splat(mag.is_some());
-        flags.acc_missing = self.acc_seen & !acc_valid;
-        flags.mag_missing = self.mag_seen & !mag_valid;
-        let (acc, mag) = (acc.unwrap_or(Vec3::zero()), mag.unwrap_or(Vec3::zero()));
+        let gyr = self.angular_rate(reading, dt, &mut flags);
+        let acc = given(reading.acc, &mut self.acc_seen, &mut flags.acc_missing);
+        let mag = given(reading.mag, &mut self.mag_seen, &mut flags.mag_missing);
 
-        self.turn_to_magnetic_north(mag_valid & self.inclined & self.headed);
-        let sample =
-            Sample { gyr: rate, acc, acc_valid: acc_valid & self.inclined, mag, mag_valid: mag_valid & self.headed };
+        self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
+        let sample = Sample {
+            gyr,
+            acc: Measured { valid: acc.valid & self.inclined, ..acc },
+            mag: Measured { valid: mag.valid & self.headed, ..mag },
+        };
         self.filter.step(&sample, dt);
         self.filter.flag(&mut flags);
-        self.align(acc, acc_valid, mag, mag_valid);
+        self.align(&acc, &mag);
         flags.not_aligned = !self.inclined;
 
         let mut quat = self.filter.attitude();
@@ -157,14 +162,12 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
 
     /// The angular rate to integrate: the measured one, or the last one where it is missing or too large to turn by.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn angular_rate(&mut self, gyr: Vec3<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
+    fn angular_rate(&mut self, reading: &Reading<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
         let half_dt = S::of(0.5) * dt;
         let range = S::of(S::Real::ANGLE_RANGE);
-        let turns = |rate: Vec3<S>| {
-            let norm2 = rate.norm2();
-            norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range)
-        };
-        let valid = turns(gyr);
+        let turns = |norm2: S| norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range);
+        let gyr = reading.gyr;
+        let valid = turns(reading.gyr_norm2);
         flags.gyr_held = !valid;
         let last = self.rate;
         let linear = self.settings.gyr_hold == GyrHold::Linear;
@@ -178,22 +181,22 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             rate = Vec3::select(self.started, (last + rate) * S::of(0.5), rate);
         }
         // What is too large for this step is left out of it, and kept for the next one.
-        let turned = turns(rate);
+        let turned = turns(rate.norm2());
         flags.gyr_held = flags.gyr_held | !turned;
         Vec3::select(turned, rate, Vec3::zero())
     }
 
     /// Sets what is not known yet of inclination and heading.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn align(&mut self, acc: Vec3<S>, acc_valid: S::Mask, mag: Vec3<S>, mag_valid: S::Mask) {
-        let incline = acc_valid & !self.inclined;
+    fn align(&mut self, acc: &Measured<S>, mag: &Measured<S>) {
+        let incline = acc.valid & !self.inclined;
         if incline.any() {
-            self.filter.set_attitude(incline, inclined_by(self.filter.attitude(), acc));
+            self.filter.set_attitude(incline, inclined_by(self.filter.attitude(), acc.unit));
             self.inclined = self.inclined | incline;
         }
-        let head = mag_valid & self.inclined & !self.headed;
+        let head = mag.valid & self.inclined & !self.headed;
         if head.any() {
-            let (q, known) = headed_by(self.filter.attitude(), mag);
+            let (q, known) = headed_by(self.filter.attitude(), mag.unit);
             let head = head & known;
             self.filter.set_attitude(head, q);
             self.headed = self.headed | head;
@@ -265,17 +268,29 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     }
 }
 
-/// The attitude turned by the shortest way so that the measured specific force points up; the heading is kept.
+/// The measurement of a sensor that may not be there, whether it was ever given, and whether it is missing now.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn inclined_by<S: Scalar>(q: Quat<S>, acc: Vec3<S>) -> Quat<S> {
-    (Quat::shortest_to_up(q.rotate(acc.unit())) * q).renormalized()
+fn given<S: Scalar>(measured: Option<Measured<S>>, seen: &mut S::Mask, missing: &mut S::Mask) -> Measured<S> {
+    let (zero, no, yes) = (Vec3::zero(), S::Mask::splat(false), S::Mask::splat(true));
+    if measured.is_some() {
+        *seen = yes;
+    }
+    let measured = measured.unwrap_or(Measured { value: zero, unit: zero, valid: no });
+    *missing = *seen & !measured.valid;
+    measured
 }
 
-/// The attitude turned about the vertical so that the horizontal field points north, and where that is possible: the
-/// field must not be vertical.
+/// The attitude turned by the shortest way so that the unit specific force points up; the heading is kept.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn inclined_by<S: Scalar>(q: Quat<S>, acc: Vec3<S>) -> Quat<S> {
+    (Quat::shortest_to_up(q.rotate(acc)) * q).renormalized()
+}
+
+/// The attitude turned about the vertical so that the horizontal part of the unit field points north, and where that
+/// is possible: the field must not be vertical.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn headed_by<S: Scalar>(q: Quat<S>, mag: Vec3<S>) -> (Quat<S>, S::Mask) {
-    let h = q.rotate(mag.unit());
+    let h = q.rotate(mag);
     let horizontal = (h.x * h.x + h.y * h.y).sqrt();
     let known = S::of(VERTICAL_FIELD).le(horizontal);
     ((Quat::turn_to_north(h.x, h.y, horizontal) * q).renormalized(), known)

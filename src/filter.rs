@@ -3,6 +3,7 @@
 use core::ops::BitOr;
 
 use crate::params::{ParamSet, ParamSpec};
+use crate::reading::Measured;
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 
@@ -83,20 +84,14 @@ impl OutputSpec {
 }
 
 /// The measurements of one time, in one right-handed sensor frame.
-///
-/// Where a mask is false the vector of that lane may hold anything, NaN included, and must not be used.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<S: Scalar> {
     /// Angular rate in rad/s; always usable.
     pub gyr: Vec3<S>,
     /// Specific force in m/s².
-    pub acc: Vec3<S>,
-    /// Where the specific force can be used.
-    pub acc_valid: S::Mask,
+    pub acc: Measured<S>,
     /// Magnetic field in µT.
-    pub mag: Vec3<S>,
-    /// Where the magnetic field can be used.
-    pub mag_valid: S::Mask,
+    pub mag: Measured<S>,
 }
 
 /// What a filter says of one sample beside the attitude: the bits of `ahrs_rs.Status`.

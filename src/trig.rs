@@ -31,7 +31,8 @@ pub(crate) fn sinc_cos_kernel<S: Scalar>(x2: S) -> (S, S) {
     (sinc, cos)
 }
 
-/// Sine and cosine, each within 2 ulp (`f64`) or 3 ulp (`f32`) of the exact value.
+/// Sine and cosine: in `f64` within 2 ulp of the exact value, in `f32` within 2 ulp up to |x| = π and beyond it within
+/// 3 ulp and 1e-14·|x|.
 ///
 /// The argument may be as large as [`Real::ANGLE_RANGE`]; beyond it, and for NaN, the angle counts as zero, so that
 /// no argument gives anything but a point on the unit circle.
@@ -62,7 +63,8 @@ pub fn sin_cos<S: Scalar>(angle: S) -> (S, S) {
     (S::select(negative_sin, -s, s), S::select(negative_cos, -c, c))
 }
 
-/// The angle of the point (x, y) from the x axis, in [−π, π], within 3 ulp; zero at the origin.
+/// The angle of the point (x, y) from the x axis, in [−π, π], within 3 ulp where |x| + |y| is finite; zero at
+/// the origin.
 ///
 /// Unlike the platform's function it takes −0 for 0: `atan2(-0, -1)` is π.
 #[cfg_attr(not(debug_assertions), inline(always))]
@@ -85,7 +87,7 @@ pub fn atan2<S: Scalar>(y: S, x: S) -> S {
     S::select(y.lt(S::zero()), -half_plane, half_plane)
 }
 
-/// The same angle in [−π, π].
+/// The same angle in [−π, π], within ε|x|.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn wrap<S: Scalar>(angle: S) -> S {
     angle - S::of(TAU) * (angle * S::of(1.0 / TAU)).round()

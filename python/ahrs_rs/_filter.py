@@ -193,17 +193,18 @@ class Filter(_native.NativeFilter):
             the message names the argument.
         """
         narrow = _native.all_float32(gyr, acc, mag)
+        dtype = "float32" if narrow else "float64"
         if q0 is not None and state is not None:
             raise ValueError("q0: expected None where a state is given, got an attitude")
         threads = thread_count(threads)
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         indices = [self._output_index(name) for name in names]
-        states = self._given_states(state, "float32" if narrow else "float64")
+        states = self._given_states(state, dtype)
         snapshots = None if states is None else [(list(s.variables), s.last_t, s.samples) for s in states]
         quat, gyr_bias, status, extra, after = self._run(gyr, acc, mag, t, q0, snapshots, indices, out, threads, narrow)
         if out is not None:
             quat = out
-        new_states = [self._wrap(snapshot, quat.dtype.name) for snapshot in after]
+        new_states = [self._wrap(snapshot, dtype) for snapshot in after]
         return Estimate(
             quat=quat,
             gyr_bias=gyr_bias,
@@ -231,9 +232,9 @@ class Filter(_native.NativeFilter):
             return np.asarray(t, dtype=np.float64)
         rate = self.rate or 1.0  # without a rate there are no samples
         steps = np.arange(shape[-1], dtype=np.float64)
-        rows = [
-            (s.samples + steps) / rate if s.last_t is None else s.last_t + (steps + 1.0) / rate for s in before
-        ] or [steps / rate]
+        if not before:
+            return np.divide(steps, rate, out=steps)
+        rows = [(s.samples + steps) / rate if s.last_t is None else s.last_t + (steps + 1.0) / rate for s in before]
         same = all(np.array_equal(row, rows[0]) for row in rows[1:])
         return rows[0] if same else np.stack(rows)
 

@@ -32,7 +32,7 @@ class State:
     """How many samples came since the start."""
 
     def __post_init__(self) -> None:
-        if not all(math.isfinite(value) for value in self.variables):
+        if not all(map(math.isfinite, self.variables)):
             raise ValueError("variables: expected finite numbers, got one that is not")
         if self.samples < 0:
             raise ValueError(f"samples: expected a number that is not negative, got {self.samples}")

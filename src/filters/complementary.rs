@@ -58,13 +58,13 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
         };
         // θ = α (θ + ω dt) + (1 − α) θ_acc, with the difference of the angles wrapped
         let weight = dt / (self.params.tau + dt); // 1 − α
-        let measured = accelerometer_angles(sample.acc, predicted);
+        let measured = accelerometer_angles(sample.acc.unit, predicted);
         let corrected = Euler {
             roll: predicted.roll + weight * wrap(measured.roll - predicted.roll),
             pitch: predicted.pitch + weight * wrap(measured.pitch - predicted.pitch),
             yaw: predicted.yaw,
         };
-        self.q = Euler::select(sample.acc_valid, corrected, predicted).to_quat();
+        self.q = Euler::select(sample.acc.valid, corrected, predicted).to_quat();
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.q.each(visit);

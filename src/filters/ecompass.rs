@@ -48,9 +48,9 @@ impl<S: Scalar> Filter<S> for Ecompass<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.q = tilted(self.q, sample, dt);
-        if sample.mag_valid.any() {
-            let (q, known) = headed_by(self.q, sample.mag);
-            self.q = Quat::select(sample.mag_valid & known, q, self.q);
+        if sample.mag.valid.any() {
+            let (q, known) = headed_by(self.q, sample.mag.unit);
+            self.q = Quat::select(sample.mag.valid & known, q, self.q);
         }
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {

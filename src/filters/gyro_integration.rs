@@ -48,7 +48,7 @@ impl<S: Scalar> Filter<S> for GyroIntegration<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
-        self.q = self.params.integration.step(self.q, sample.gyr, dt);
+        self.q = self.params.integration.step(self.q, sample.gyr * (S::of(0.5) * dt));
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.q.each(visit);

@@ -1,7 +1,7 @@
 //! How a filter integrates the angular rate.
 
 use crate::scalar::Scalar;
-use crate::so3::{Quat, Vec3, first_order_step, rotate_by};
+use crate::so3::{Quat, Vec3, exponential_step, first_order_step};
 
 choice! {
     /// Integration of the angular rate over a step: by the exponential map, exact for a rate that is constant over
@@ -10,18 +10,12 @@ choice! {
 }
 
 impl Integration {
-    /// The attitude after turning for `dt` at the angular rate (sensor frame, rad/s).
+    /// The attitude after a turn in the sensor frame that is given by its half, ½ω dt.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn step<S: Scalar>(self, q: Quat<S>, rate: Vec3<S>, dt: S) -> Quat<S> {
+    pub fn step<S: Scalar>(self, q: Quat<S>, half_turn: Vec3<S>) -> Quat<S> {
         match self {
-            Integration::Exponential => rotate_by(q, rate, dt),
-            Integration::FirstOrder => first_order_step(q, half_product(q, rate), dt),
+            Integration::Exponential => exponential_step(q, half_turn),
+            Integration::FirstOrder => first_order_step(q, q * Quat::from_parts(S::zero(), half_turn)),
         }
     }
-}
-
-/// The derivative of the attitude, ½ q ⊗ (0, ω).
-#[cfg_attr(not(debug_assertions), inline(always))]
-pub(super) fn half_product<S: Scalar>(q: Quat<S>, rate: Vec3<S>) -> Quat<S> {
-    q * Quat::from_parts(S::zero(), rate * S::of(0.5))
 }

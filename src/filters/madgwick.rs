@@ -1,8 +1,7 @@
 //! Madgwick's gradient-descent filter.
 
 use super::Integration;
-use super::integration::half_product;
-use super::vector::direction_error;
+use super::vector::{DirectionError, direction_error};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Frame, Quat, Vec3, first_order_step};
@@ -58,7 +57,7 @@ pub struct Madgwick<S> {
     params: Params<S>,
     q: Quat<S>,
     bias: Vec3<S>,
-    descent: Vec3<S>,
+    descent: Descent<S>,
 }
 
 impl<S: Scalar> Filter<S> for Madgwick<S> {
@@ -66,7 +65,12 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        Madgwick { params: params.clone(), q: Quat::identity(), bias: Vec3::zero(), descent: Vec3::zero() }
+        Madgwick {
+            params: params.clone(),
+            q: Quat::identity(),
+            bias: Vec3::zero(),
+            descent: Descent { along_q: S::zero(), error: Vec3::zero(), norm2: S::zero() },
+        }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
@@ -78,31 +82,32 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
-        // ω_e = 2 q* ⊗ ∇f/‖∇f‖ (Ludwig Alg. 2, line 5, with the conjugate that it lacks), and the part along q
-        let Descent { along_q, rate: descent, error } = match self.params.gradient {
+        let descent = match self.params.gradient {
             Gradient::Tangent => tangent_descent(self.q, sample),
             Gradient::Paper => paper_descent(self.q, sample),
         };
         self.descent = descent;
         // After a gap one sample's gradient stands for the whole of it: it may reach the minimum, not pass it.
-        let mut beta = self.params.beta;
-        let mut feedback = dt;
-        let turn = S::of(2.0) * beta * dt;
+        let turn = S::of(2.0) * self.params.beta * dt;
         let gap = S::of(LARGE_TURN).lt(turn);
+        let mut feedback = dt;
         if gap.any() {
-            let share = error.max(S::of(LARGE_TURN)).min(turn) / turn;
+            let share = descent.norm2.sqrt().max(S::of(LARGE_TURN)).min(turn) / turn;
             feedback = S::select(gap, dt * share, dt);
-            beta = S::select(gap, beta * share, beta);
         }
-        // ω_b = ζ ∫ ω_e dt, and ω − ω_b (Ludwig Alg. 2, lines 6-7)
-        self.bias = self.bias + descent * (self.params.zeta * feedback);
-        let rate = sample.gyr - self.bias - descent * beta;
-        // q̇ = ½ q ⊗ ω − β ∇f/‖∇f‖ (Ludwig Alg. 2, line 8; Çoçoli eqs 17-19)
+        // ω_b = ζ ∫ ω_e dt (Ludwig Alg. 2, line 6)
+        if !self.bias_stays_zero() {
+            self.bias = self.bias + descent.error * descent.over_norm(S::of(-2.0) * self.params.zeta * feedback);
+        }
+        // ½ (ω − ω_b − β ω_e) dt (Ludwig Alg. 2, lines 5, 7 and 8, with the conjugate that line 5 lacks; Çoçoli eqs
+        // 17-19)
+        let correction = descent.over_norm(self.params.beta * feedback);
+        let half_turn = (sample.gyr - self.bias) * (S::of(0.5) * dt) + descent.error * correction;
         self.q = match self.params.integration {
-            Integration::Exponential => Integration::Exponential.step(self.q, rate, dt),
+            Integration::Exponential => Integration::Exponential.step(self.q, half_turn),
             Integration::FirstOrder => {
-                let q_dot = half_product(self.q, rate).plus(self.q.scale(-(beta * along_q)));
-                first_order_step(self.q, q_dot, dt)
+                let change = Quat::from_parts(descent.along_q * correction, half_turn);
+                first_order_step(self.q, self.q * change)
             }
         };
     }
@@ -114,7 +119,7 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
         self.params.zeta.le(S::zero()).all()
     }
     fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
-        self.descent.clone().each(&mut |value| put(*value));
+        (self.descent.error * self.descent.over_norm(S::of(-2.0))).each(&mut |value| put(*value));
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.q.each(visit);
@@ -122,28 +127,36 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     }
 }
 
-/// The normalised gradient.
+/// The gradient ∇f = −2 q ⊗ (c, e).
+#[derive(Clone, Copy, Debug)]
 struct Descent<S> {
-    /// Its part along q, which turns nothing.
+    /// c: the part along q, which turns nothing.
     along_q: S,
-    /// ω_e, the rotation rate that it stands for, of length 2 (less what is along q).
-    rate: Vec3<S>,
-    /// Half the norm of the gradient: in rad, the angle to the minimum where that is near.
-    error: S,
+    /// e: the part along rotations.
+    error: Vec3<S>,
+    /// ¼ ‖∇f‖², in rad² the squared angle to the minimum where that is near.
+    norm2: S,
+}
+
+impl<S: Scalar> Descent<S> {
+    /// 2 `x`/‖∇f‖, zero where the gradient is too small to have a direction. With it ω_e = 2 q* ⊗ ∇f/‖∇f‖ is e times
+    /// `over_norm(-2)`.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn over_norm(&self, x: S) -> S {
+        let norm = self.norm2.sqrt();
+        let known = S::of(0.5 * S::Real::GRADIENT_FLOOR).le(norm);
+        // A root and a quotient that the processor computes side by side, not one after the other.
+        let quotient = norm * (x / self.norm2);
+        if known.all() { quotient } else { S::select(known, quotient, S::zero()) }
+    }
 }
 
 /// The gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a small
-/// rotation of the sensor, and Jᵀf = 2 q ⊗ of it.
+/// rotation of the sensor.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
-    let error = direction_error(q.matrix(), sample);
-    let norm2 = error.norm2();
-    let norm = norm2.sqrt();
-    let known = S::of(0.5 * S::Real::GRADIENT_FLOOR).le(norm);
-    // −2/‖e‖ as a root and a quotient that the processor computes side by side, not one after the other.
-    let rate = error * (norm * (S::of(-2.0) / norm2));
-    let rate = if known.all() { rate } else { Vec3::select(known, rate, Vec3::zero()) };
-    Descent { along_q: S::zero(), rate, error: norm }
+    let DirectionError { sensor, norm2 } = direction_error(q.matrix(), sample);
+    Descent { along_q: S::zero(), error: sensor, norm2 }
 }
 
 /// The published gradient.
@@ -152,15 +165,13 @@ fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
     // With north on x, as the published Jacobians have it.
     let q = Frame::Nwu.from_enu::<S>() * q;
     let zero = Quat::of([0.0; 4]);
-    let mut gradient = Quat::select(sample.acc_valid, gravity_gradient(q, sample.acc.unit()), zero);
-    if sample.mag_valid.any() {
-        let both = gradient.plus(field_gradient(q, sample.mag.unit()));
-        gradient = Quat::select(sample.mag_valid, both, gradient);
+    let mut gradient = Quat::select(sample.acc.valid, gravity_gradient(q, sample.acc.unit), zero);
+    if sample.mag.valid.any() {
+        let both = gradient.plus(field_gradient(q, sample.mag.unit));
+        gradient = Quat::select(sample.mag.valid, both, gradient);
     }
-    let norm = gradient.dot(gradient).sqrt();
-    let known = S::of(S::Real::GRADIENT_FLOOR).le(norm);
-    let relative = q.conj() * gradient.scale(S::select(known, S::one() / norm, S::zero()));
-    Descent { along_q: relative.w, rate: relative.vector() * S::of(2.0), error: S::of(0.5) * norm }
+    let halved = (q.conj() * gradient).scale(S::of(-0.5));
+    Descent { along_q: halved.w, error: halved.vector(), norm2: S::of(0.25) * gradient.dot(gradient) }
 }
 
 /// Jᵀf of gravity (Çoçoli eqs 14-16), a the unit specific force.

@@ -68,7 +68,7 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // Ludwig Alg. 1, lines 1-3; Çoçoli eq. 9 with the accelerometer normalised
-        self.error = direction_error(self.q.matrix(), sample);
+        self.error = direction_error(self.q.matrix(), sample).sensor;
         // After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
         let mut kp = self.params.kp;
         let mut feedback = dt;
@@ -79,10 +79,10 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
         }
         // Ludwig Alg. 1, line 4; Çoçoli eq. 10 (their integral error is −bias/ki)
         self.bias = self.bias - self.error * (self.params.ki * feedback);
-        // Ludwig Alg. 1, line 5; Çoçoli eq. 11
-        let rate = sample.gyr - self.bias + self.error * kp;
-        // Ludwig Alg. 1, line 6; Çoçoli eqs 12-13
-        self.q = self.params.integration.step(self.q, rate, dt);
+        // Ludwig Alg. 1, lines 5-6; Çoçoli eqs 11-13, with ½ dt taken into each term of ω
+        let half_dt = S::of(0.5) * dt;
+        let half_turn = (sample.gyr - self.bias) * half_dt + self.error * (kp * half_dt);
+        self.q = self.params.integration.step(self.q, half_turn);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn gyr_bias(&self) -> Vec3<S> {

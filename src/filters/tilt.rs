@@ -55,9 +55,9 @@ impl<S: Scalar> Filter<S> for Tilt<S> {
 /// The attitude with the inclination of the accelerometer, or turned on by the gyroscope where that has no sample.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn tilted<S: Scalar>(q: Quat<S>, sample: &Sample<S>, dt: S) -> Quat<S> {
-    let inclined = inclined_by(q, sample.acc);
-    if sample.acc_valid.all() {
+    let inclined = inclined_by(q, sample.acc.unit);
+    if sample.acc.valid.all() {
         return inclined;
     }
-    Quat::select(sample.acc_valid, inclined, rotate_by(q, sample.gyr, dt))
+    Quat::select(sample.acc.valid, inclined, rotate_by(q, sample.gyr, dt))
 }

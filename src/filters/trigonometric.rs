@@ -57,10 +57,10 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let measured = match self.params.source {
-            Source::Acc => sample.acc_valid,
+            Source::Acc => sample.acc.valid,
             Source::Gyr => S::Mask::splat(false),
         };
-        let from_acc = accelerometer_angles(sample.acc, self.euler);
+        let from_acc = accelerometer_angles(sample.acc.unit, self.euler);
         self.euler = if measured.all() {
             from_acc
         } else {
@@ -72,11 +72,10 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
     }
 }
 
-/// Roll and pitch of the specific force (eqs 3-4), with the yaw of `last`. Where the force is along the sensor's x
+/// Roll and pitch of the unit specific force (eqs 3-4), with the yaw of `last`. Where the force is along the sensor's x
 /// axis roll is not defined, and that of `last` is kept.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub(super) fn accelerometer_angles<S: Scalar>(acc: Vec3<S>, last: Euler<S>) -> Euler<S> {
-    let a = acc.unit();
+pub(super) fn accelerometer_angles<S: Scalar>(a: Vec3<S>, last: Euler<S>) -> Euler<S> {
     let across = (a.y * a.y + a.z * a.z).sqrt();
     let defined = S::of(S::Real::COS_PITCH_FLOOR).le(across);
     Euler {

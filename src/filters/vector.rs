@@ -4,24 +4,34 @@ use crate::filter::Sample;
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Matrix3, Vec3};
 
-/// The error a × v̂ + m × m̂ between measured and predicted directions, sensor frame; zero where nothing is measured.
+/// The error a × v̂ + m × m̂ between measured and predicted directions; zero where nothing is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionError<S> {
+    /// Seen from the sensor.
+    pub sensor: Vec3<S>,
+    /// Its squared norm.
+    pub norm2: S,
+}
+
+/// The error between the measured directions and those that the attitude `r` predicts: up for the specific force, and
+/// the earth's field with the inclination that is measured now and the heading of the estimate, its horizontal part on
+/// north, here the y axis.
 ///
-/// v̂ is up, m̂ the earth's field with the inclination that is measured now and the heading of the estimate: its
-/// horizontal part is put on north, here the y axis.
+/// It is computed in the earth frame, where the predicted directions (0, 0, 1) and (0, n, h_z) make most products
+/// vanish, and where its norm is known while it is still on its way to the sensor frame.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>) -> Vec3<S> {
+pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>) -> DirectionError<S> {
     // A choice is made only where lanes differ: for one recording it is a branch that is nearly always the same.
-    let mut error = sample.acc.unit().cross(r.z);
-    if !sample.acc_valid.all() {
-        error = Vec3::select(sample.acc_valid, error, Vec3::zero());
+    let a = sample.acc.unit;
+    let mut earth = Vec3::new(r.y.dot(a), -r.x.dot(a), S::zero());
+    if !sample.acc.valid.all() {
+        earth = Vec3::select(sample.acc.valid, earth, Vec3::zero());
     }
-    if sample.mag_valid.any() {
-        let m = sample.mag.unit();
-        let h = r.apply(m);
+    if sample.mag.valid.any() {
+        let h = r.apply(sample.mag.unit);
         let north = (h.x * h.x + h.y * h.y).sqrt();
-        let predicted = r.transpose_apply_north_up(north, h.z);
-        let both = error + m.cross(predicted);
-        error = if sample.mag_valid.all() { both } else { Vec3::select(sample.mag_valid, both, error) };
+        let both = Vec3::new(earth.x + h.z * (h.y - north), earth.y - h.x * h.z, h.x * north);
+        earth = if sample.mag.valid.all() { both } else { Vec3::select(sample.mag.valid, both, earth) };
     }
-    error
+    DirectionError { sensor: r.transpose_apply(earth), norm2: earth.norm2() }
 }

@@ -9,7 +9,7 @@ mod quat;
 mod vec3;
 
 pub use euler::{Euler, euler_rates};
-pub use exp::{exp_half, first_order_step, rotate_by};
+pub use exp::{exp_half, exponential_step, first_order_step, rotate_by};
 pub use frame::Frame;
 pub use quat::{Matrix3, Quat};
 pub use vec3::Vec3;

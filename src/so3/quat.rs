@@ -170,9 +170,9 @@ impl<S: Scalar> Matrix3<S> {
     pub fn apply(self, v: Vec3<S>) -> Vec3<S> {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
-    /// A vector (0, y, z) of the earth seen from the sensor: Rᵀ (0, y, z).
+    /// The vector of the earth seen from the sensor: Rᵀ v.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn transpose_apply_north_up(self, y: S, z: S) -> Vec3<S> {
-        self.y * y + self.z * z
+    pub fn transpose_apply(self, v: Vec3<S>) -> Vec3<S> {
+        (self.x * v.x + self.y * v.y) + self.z * v.z
     }
 }

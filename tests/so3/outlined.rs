@@ -25,8 +25,8 @@ pub fn rotate_by<S: Scalar>(q: Quat<S>, rate: Vec3<S>, dt: S) -> Quat<S> {
     so3::rotate_by(q, rate, dt)
 }
 #[inline(never)]
-pub fn first_order_step<S: Scalar>(q: Quat<S>, q_dot: Quat<S>, dt: S) -> Quat<S> {
-    so3::first_order_step(q, q_dot, dt)
+pub fn first_order_step<S: Scalar>(q: Quat<S>, change: Quat<S>) -> Quat<S> {
+    so3::first_order_step(q, change)
 }
 #[inline(never)]
 pub fn euler_angles<S: Scalar>(q: Quat<S>) -> Euler<S> {

@@ -1,6 +1,9 @@
 //! A filter of any kind as one object that goes on from sample to sample.
 
-use ahrs_rs::{Estimator, Filter, Mask, Quat, Real, Vec3};
+use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Vec3};
+
+/// Samples whose readings are computed ahead of the steps.
+const AHEAD: usize = 64;
 
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {
@@ -78,20 +81,32 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
         for (_, values) in tile.extra.iter_mut() {
             values.clear();
         }
-        let samples = tile.gyr.iter().zip(tile.dt);
-        for ((&gyr, &dt), (quat, status)) in samples.zip(tile.quat.iter_mut().zip(tile.status.iter_mut())) {
-            let acc = acc.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
-            let mag = mag.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
-            let output = self.step(vec3(gyr), acc, mag, dt);
-            *quat = array4(output.quat);
-            *status = output.flags.bits(0);
-            if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
-                *row = array3(self.filter().gyr_bias());
+        let mut out = tile.quat.iter_mut().zip(tile.status.iter_mut());
+        // A step waits for the one before it; what does not wait is computed ahead, so that it fills no place in the
+        // processor's window among instructions that wait.
+        let nothing = Reading::new(Vec3::zero(), None, None);
+        let mut readings = [nothing; AHEAD];
+        // A copy of its own can live in registers.
+        let mut this = self.clone();
+        for (gyr, dt) in tile.gyr.chunks(AHEAD).zip(tile.dt.chunks(AHEAD)) {
+            for (reading, &gyr) in readings.iter_mut().zip(gyr) {
+                let acc = acc.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
+                let mag = mag.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
+                *reading = Reading::new(vec3(gyr), acc, mag);
             }
-            for (index, values) in tile.extra.iter_mut() {
-                self.filter().output(*index, &mut |value| values.push(value));
+            for ((reading, &dt), (quat, status)) in readings.iter().zip(dt).zip(&mut out) {
+                let output = this.take(reading, dt);
+                *quat = array4(output.quat);
+                *status = output.flags.bits(0);
+                if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+                    *row = array3(this.filter().gyr_bias());
+                }
+                for (index, values) in tile.extra.iter_mut() {
+                    this.filter().output(*index, &mut |value| values.push(value));
+                }
             }
         }
+        *self = this;
     }
 
     fn quat(&self) -> [T; 4] {
