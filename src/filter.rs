@@ -165,7 +165,7 @@ pub trait Filter<S: Scalar>: Clone {
     fn new(params: &Self::Params) -> Self;
     /// The attitude: a unit quaternion from the sensor frame to east-north-up.
     fn attitude(&self) -> Quat<S>;
-    /// Sets the attitude of the lanes of the mask and nothing else.
+    /// Sets the attitude of the lanes of the mask, and the part of its covariance that is new with it; nothing else.
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>);
     /// Goes on by `dt` seconds to a new sample. Where dt is zero and no measurement valid, nothing changes but the
     /// last bits of the norm.

@@ -27,6 +27,7 @@ pub trait Mask:
 pub trait Scalar:
     Copy
     + Debug
+    + PartialEq
     + Send
     + Sync
     + 'static
@@ -106,6 +107,8 @@ pub trait Real: Scalar<Real = Self, Mask = bool> {
     const MIN_NORMAL: Self;
     /// The largest finite number.
     const MAX: Self;
+    /// What stands for a number that there is not.
+    const NAN: Self;
     /// The distance from one to the next larger number.
     const EPSILON: Self;
     /// Half-angles up to here are reduced exactly by [`trig::sin_cos`](crate::trig::sin_cos); in rad.
@@ -212,6 +215,7 @@ impl Real for f64 {
     const ROUND: f64 = 6755399441055744.0; // 1.5 · 2^52
     const MIN_NORMAL: f64 = f64::MIN_POSITIVE;
     const MAX: f64 = f64::MAX;
+    const NAN: f64 = f64::NAN;
     const EPSILON: f64 = f64::EPSILON;
     const ANGLE_RANGE: f64 = 1.0e6;
     const GRADIENT_FLOOR: f64 = 1e-12;
@@ -251,6 +255,7 @@ impl Real for f32 {
     const ROUND: f32 = 12582912.0; // 1.5 · 2^23
     const MIN_NORMAL: f32 = f32::MIN_POSITIVE;
     const MAX: f32 = f32::MAX;
+    const NAN: f32 = f32::NAN;
     const EPSILON: f32 = f32::EPSILON;
     const ANGLE_RANGE: f64 = 4096.0;
     const GRADIENT_FLOOR: f64 = 1e-6;

@@ -58,7 +58,7 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
         };
         // θ = α (θ + ω dt) + (1 − α) θ_acc, with the difference of the angles wrapped
         let weight = dt / (self.params.tau + dt); // 1 − α
-        let measured = accelerometer_angles(sample.acc.unit, predicted);
+        let (measured, _) = accelerometer_angles(sample.acc.unit, predicted);
         let corrected = Euler {
             roll: predicted.roll + weight * wrap(measured.roll - predicted.roll),
             pitch: predicted.pitch + weight * wrap(measured.pitch - predicted.pitch),

@@ -1,6 +1,10 @@
 //! The filters, one file each, and the registry from which everything that treats all filters is made.
 
+mod field;
 mod integration;
+mod kalman;
+mod quaternions;
+mod rest;
 mod vector;
 
 pub use integration::Integration;
@@ -33,6 +37,10 @@ registry! { $
     ecompass::Ecompass,
     trigonometric::Trigonometric,
     complementary::Complementary,
+    linear_kalman::LinearKalman,
     mahony::Mahony,
     madgwick::Madgwick,
+    ekf::EKF,
+    dcm_imu::DcmImu,
+    mekf::MEKF,
 }

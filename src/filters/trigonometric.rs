@@ -60,7 +60,7 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
             Source::Acc => sample.acc.valid,
             Source::Gyr => S::Mask::splat(false),
         };
-        let from_acc = accelerometer_angles(sample.acc.unit, self.euler);
+        let from_acc = accelerometer_angles(sample.acc.unit, self.euler).0;
         self.euler = if measured.all() {
             from_acc
         } else {
@@ -72,17 +72,18 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
     }
 }
 
-/// Roll and pitch of the unit specific force (eqs 3-4), with the yaw of `last`. Where the force is along the sensor's x
-/// axis roll is not defined, and that of `last` is kept.
+/// Roll and pitch of the unit specific force (eqs 3-4), with the yaw of `last`, and where roll is defined: where the
+/// force is along the sensor's x axis it is not, and that of `last` is kept.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub(super) fn accelerometer_angles<S: Scalar>(a: Vec3<S>, last: Euler<S>) -> Euler<S> {
+pub(super) fn accelerometer_angles<S: Scalar>(a: Vec3<S>, last: Euler<S>) -> (Euler<S>, S::Mask) {
     let across = (a.y * a.y + a.z * a.z).sqrt();
     let defined = S::of(S::Real::COS_PITCH_FLOOR).le(across);
-    Euler {
+    let angles = Euler {
         pitch: atan2(-a.x, across),                           // eq. 4, θ
         roll: S::select(defined, atan2(a.y, a.z), last.roll), // eq. 4, φ
         yaw: last.yaw,
-    }
+    };
+    (angles, defined)
 }
 
 /// The Euler angles after a first-order step of their rates (eq. 5, and the row of the yaw that it leaves out).

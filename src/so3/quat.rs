@@ -176,3 +176,15 @@ impl<S: Scalar> Matrix3<S> {
         (self.x * v.x + self.y * v.y) + self.z * v.z
     }
 }
+
+/// Cosine and sine of half the angle in (−π, π] of the vector (x, y) of norm `n`, without cancellation.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn half_angle<S: Scalar>(x: S, y: S, n: S) -> [S; 2] {
+    // (n + x, y) points at half the angle; where that cancels, (|y|, n − x) does.
+    let wide = x.lt(S::zero());
+    let up = n - x;
+    let along = S::select(wide, y.abs(), n + x);
+    let across = S::select(wide, S::select(y.lt(S::zero()), -up, up), y);
+    let over_norm = S::one() / (along * along + across * across).sqrt();
+    [along * over_norm, across * over_norm]
+}

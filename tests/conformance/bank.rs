@@ -2,8 +2,10 @@
 //!
 //! Numbers of `f32` are exact in `f64`, so comparing the bits of what a bank gives compares the bits of its lanes.
 
-use ahrs_rs::params::{ParamKind, ParamSet};
+use ahrs_rs::params::{ParamKind, ParamSet, ParamSpec};
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Frame, GyrHold, Lanes, Quat, Real, Scalar, Settings, Vec3};
+
+use crate::random::Random;
 
 /// One sample of one recording.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +37,10 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// The outputs, for comparisons to the last bit: NaN equals NaN.
+    pub fn output_bits(&self) -> Vec<u64> {
+        self.outputs.iter().map(|value| value.to_bits()).collect()
+    }
     /// Everything, for comparisons to the last bit.
     pub fn bits(&self) -> Vec<u64> {
         let values = self.quat.iter().chain(&self.gyr_bias).chain(&self.outputs);
@@ -208,12 +214,34 @@ pub fn choices(spec: &FilterSpec) -> Vec<Vec<f64>> {
     })
 }
 
-/// Every combination of choices with numbers at their defaults and at both ends of their ranges.
+/// Combinations of the defaults and both ends of every number with every choice: all of them where they are few, else
+/// each end alone, all ends together and a hundred at random.
 pub fn extremes(spec: &FilterSpec) -> Vec<Vec<f64>> {
-    combinations(spec, |kind| match *kind {
+    let of = |kind: &ParamKind| match *kind {
         ParamKind::Real { default, min, max, .. } => vec![default, min, max],
         ParamKind::Choice { options } => indices(options),
-    })
+    };
+    if spec.params.iter().map(|param| of(&param.kind).len()).product::<usize>() <= 500 {
+        return combinations(spec, of);
+    }
+    let mut sets = choices(spec);
+    for (index, param) in spec.params.iter().enumerate() {
+        for value in of(&param.kind) {
+            let mut set: Vec<_> = spec.params.iter().map(ParamSpec::default).collect();
+            set[index] = value;
+            sets.push(set);
+        }
+    }
+    for end in [1, 2] {
+        sets.push(spec.params.iter().map(|param| *of(&param.kind).get(end).unwrap_or(&0.0)).collect());
+    }
+    let mut random = Random(31);
+    let mut any = |param: &ParamSpec| {
+        let values = of(&param.kind);
+        values[random.below(values.len())]
+    };
+    sets.extend((0..100).map(|_| spec.params.iter().map(&mut any).collect::<Vec<_>>()));
+    sets
 }
 
 /// Every frame and hold, with and without declination.

@@ -96,8 +96,9 @@ proptest! {
                     let what = || format!("{} {params:?}, sample {k}: {reading:?}", case.name());
                     let error = norm_error(reading.quat) / case.epsilon;
                     prop_assert!(error <= NORM_BOUND, "{}, norm off by {error} epsilon", what());
-                    let finite = reading.gyr_bias.iter().chain(&reading.outputs).all(|value| value.is_finite());
-                    prop_assert!(finite, "{}", what());
+                    prop_assert!(reading.gyr_bias.iter().all(|value| value.is_finite()), "{}", what());
+                    // NaN is the innovation of a measurement that is missing.
+                    prop_assert!(!reading.outputs.iter().any(|value| value.is_infinite()), "{}", what());
                     prop_assert!(bank.save(0).iter().all(|value| value.is_finite()), "{}: {:?}", what(), bank.save(0));
                 }
             }

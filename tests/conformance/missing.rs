@@ -125,8 +125,9 @@ fn time_advances_where_everything_is_missing() {
             let last = run(bank.as_mut(), &rows, BOTH).pop().unwrap();
             let yaw = 2.0 * last.quat[3].atan2(last.quat[0]);
             // First-order steps turn by less: 2·(h − atan h) with h = 0.0025, 200 times, is 2.1e-6; f32 rounds by half
-            // an epsilon in each of its 200 steps, some 1.2e-5.
-            assert!((yaw - 1.0).abs() < 2e-5, "{} {params:?}: {yaw}", case.name());
+            // an epsilon in each of its 200 steps, some 1.2e-5. Where the rate is a state, of variance 1 at the start and
+            // measured with 3e-5, it begins short by that share of itself: 0.5·3e-5·2 s.
+            assert!((yaw - 1.0).abs() < 5e-5, "{} {params:?}: {yaw}", case.name());
         }
     }
 }

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+import ahrs_rs as ar
+
 # The same examples in every run, on every machine: a failure is a change of the code, not of the dice. No
 # deadline: how long an example takes depends on the machine.
 settings.register_profile("deterministic", derandomize=True, deadline=None)
@@ -21,3 +23,11 @@ def data_folder() -> Path:
     if not folder:
         pytest.skip("AHRS_RS_DATA is not set")
     return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def broad(data_folder: Path) -> list[ar.Recording]:
+    """The 12 recordings of BROAD over which the references are means."""
+    files = sorted((data_folder / "broad").glob("*.hdf5"))
+    assert len(files) == 12
+    return [ar.read(file) for file in files]

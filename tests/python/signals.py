@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ahrs_rs import simulate
+
 Floats = NDArray[np.float64]
 
 RATE = 100.0
@@ -165,6 +167,21 @@ def motion(
         truth=truth[1:],
         before=truth[0],
     )
+
+
+def disturbed() -> Signals:
+    """A hand-held sensor that rests from 0 to 4 s and from 20 to 24 s, at 100 Hz for 40 s.
+
+    It is accelerated eastwards by 8 m/s² from 10 to 15 s, and the field is wrong by 40 µT from 24 s on.
+    """
+    r = simulate.demo(40.0, RATE, 1)
+    assert r.acc is not None
+    assert r.mag is not None
+    assert r.ref is not None
+    signals = Signals(r.t, r.gyr.copy(), r.acc.copy(), r.mag.copy(), truth=r.ref, before=r.ref[0])
+    signals.acc[1000:1500] += rotation(r.ref[1000:1500]).inv().apply([8.0, 0.0, 0.0])
+    signals.mag[2400:] += rotation(r.ref[2400:]).inv().apply([40.0, 0.0, 0.0])
+    return signals
 
 
 def gappy(signals: Signals, seed: int) -> Signals:

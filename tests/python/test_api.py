@@ -15,6 +15,7 @@ import pytest
 import ahrs_rs as ar
 from ahrs_rs import _native
 from cases import each_filter
+from settling import DEGREE2
 from signals import RATE, motion
 
 # Metadata.
@@ -107,9 +108,37 @@ def test_every_public_method_is_documented(method: str) -> None:
     assert len(inspect.getdoc(getattr(ar.Madgwick, method)) or "") > 20
 
 
-#: DESIGN section 3, and the defaults of its table. τ = 0.997/0.003/200 s.
+#: DESIGN section 3, and the defaults of its table. τ = 0.997/0.003/200 s; process noises of a step of 5 ms (Parikh, in
+#: deg²) and of 2 ms (Cirillo) are given per second.
 PRESETS: dict[str, dict[str, dict[str, float]]] = {
     "Complementary": {"parikh2021": {"tau": 0.997 / 0.003 / 200.0}},
+    "LinearKalman": {
+        "parikh2021": {
+            "angle_process": 0.01181 * DEGREE2 / 0.005,
+            "bias_process": 4.28e-6 * DEGREE2 / 0.005,
+            "angle_variance": 2650.0 * DEGREE2,
+        }
+    },
+    "EKF": {
+        "cirillo2014": {
+            **dict(zip(("gyr_variance_x", "gyr_variance_y", "gyr_variance_z"), (2.9e-5, 2.3e-5, 3.2e-5), strict=True)),
+            **dict(zip(("acc_variance_x", "acc_variance_y", "acc_variance_z"), (3.1e-5, 4.5e-5, 5.5e-5), strict=True)),
+            **dict(zip(("mag_variance_x", "mag_variance_y", "mag_variance_z"), (2.0e-3, 2.1e-3, 2.0e-3), strict=True)),
+            "quat_process": 1e-10 / 0.002,
+            "rate_process": 1e-3 / 0.002,
+        }
+    },
+    "DcmImu": {
+        "hyyti2015": {
+            "dcm_process": 0.1,
+            "bias_process": 1e-4,
+            "acc_std": 0.5,
+            "acc_motion": 10.0,
+            "initial_dcm": 1.0,
+            "initial_bias": 0.1,
+            "gravity": 9.8189,
+        }
+    },
     "Mahony": {
         "cirillo2014": {"kp": 2.0, "ki": 0.6},
         "parikh2021": {"kp": 0.89, "ki": 0.01},
@@ -130,6 +159,9 @@ DEFAULTS = {
     "Mahony": {"kp": 1.0, "ki": 0.3},
     "Madgwick": {"beta": 0.041, "zeta": 0.0, "gradient": "tangent"},
     "Trigonometric": {"source": "acc"},
+    "LinearKalman": PRESETS["LinearKalman"]["parikh2021"],
+    "EKF": PRESETS["EKF"]["cirillo2014"] | {"gyroscope": "measurement", "reference_time": 0.0},
+    "DcmImu": PRESETS["DcmImu"]["hyyti2015"] | {"gravity": 9.80665, "prediction": "exponential"},
 }
 
 
@@ -276,8 +308,9 @@ def test_streaming_gives_one_row_of_what_run_gives() -> None:
 
 
 def test_pickles_do_not_grow_with_the_package() -> None:
-    # A filter is its class, its parameters and its state: no code, no registry.
-    assert max(len(pickle.dumps(cls(rate=RATE))) for cls in ar.FILTERS.values()) < 1000
+    # A filter is its class, its parameters and its state: no code, no registry. A state of n variables has a covariance
+    # of n² numbers in it, of 9 bytes each: 49 of the EKF.
+    assert max(len(pickle.dumps(cls(rate=RATE))) for cls in ar.FILTERS.values()) < 2000
 
 
 # Importing.

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import ahrs_rs as ar
-from cases import Case, assert_same_attitudes, each_case
+from cases import COMMON, Case, assert_same_attitudes, each_case
 from signals import RATE, angle_between, gappy, motion
 
 Layout = Callable[[NDArray[Any]], Any]
@@ -150,7 +150,8 @@ def test_float32_stays_within_its_bound_of_float64(case: Case, nine: bool) -> No
         narrow = f.run(*signals.sensors(nine=nine), t=signals.t)
         exact = f.run(*signals.astype(np.float64).sensors(nine=nine), t=signals.t)
         assert narrow.quat.dtype == np.float32
-        assert np.array_equal(narrow.status, exact.status)
+        # What a filter judges by a threshold, rounding may judge one sample later.
+        assert np.array_equal(narrow.status & COMMON, exact.status & COMMON)
         assert angle_between(narrow.quat, exact.quat).max() < case.float32
 
 
@@ -175,7 +176,8 @@ def test_three_dimensions_are_a_loop_bit_for_bit(case: Case, dtype: type) -> Non
             assert np.array_equal(whole.status[i], one.status)
             assert one.gyr_bias is None or np.array_equal(whole.gyr_bias[i], one.gyr_bias)
             assert whole.state[i] == one.state
-            assert all(np.array_equal(whole.extra[name][i], one.extra[name]) for name in names)
+            # NaN is an innovation that there is not.
+            assert all(np.array_equal(whole.extra[name][i], one.extra[name], equal_nan=True) for name in names)
 
 
 @pytest.mark.parametrize("axes", [(0, 1, 2), (1, 0, 2), (2, 1, 0), (0, 2, 1), (1, 2, 0), (2, 0, 1)])

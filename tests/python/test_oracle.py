@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 import oracle
-from cases import CASES, Case, each_case
-from signals import RATE, Signals, angle_between, gappy, motion, multiply, quats, turns_by
+from cases import CASES, COMMON, Case, each_case
+from signals import RATE, Signals, angle_between, disturbed, gappy, motion, multiply, quats, turns_by
 
 SAMPLES = 10_000
-#: Rounding of 1e-16 in each of 10,000 steps, amplified at most by feedback that forgets it and by passes near
-#: pitch 90°: measured at most 4e-13 rad. The issue asks for 1e-12.
-AGREEMENT = 1e-12
 
 
 def compare(case: Case, signals: Signals, *, nine: bool = True, use_t: bool = False, **settings: Any) -> None:
@@ -22,14 +19,19 @@ def compare(case: Case, signals: Signals, *, nine: bool = True, use_t: bool = Fa
     q0 = settings.pop("q0", None)
     time = {"t": signals.t} if use_t else {}
     sensors = signals.sensors(nine=nine)
-    est = case.make(rate=RATE, **settings).run(*sensors, q0=q0, **time)
+    est = case.make(rate=RATE, **settings).run(*sensors, q0=q0, **time, outputs=tuple(case.cls.OUTPUTS))
     twin = oracle.run(case.name, case.params, *sensors, rate=RATE, q0=q0, **time, **settings)
     assert np.array_equal(est.status, twin.status)
-    assert angle_between(est.quat, twin.quat).max() < AGREEMENT
-    assert np.abs(est.quat - twin.quat).max() < AGREEMENT, "the sign is part of the output"
+    assert angle_between(est.quat, twin.quat).max() < case.agreement
+    assert np.abs(est.quat - twin.quat).max() < case.agreement, "the sign is part of the output"
+    for name, values in twin.extra.items():
+        known = np.isfinite(values)
+        assert np.array_equal(np.isfinite(est.extra[name]), known), name
+        # Angles and their variances in units of 1; a normalised innovation is as large as the model is wrong.
+        assert np.all(np.abs(est.extra[name] - values)[known] < case.agreement * (1.0 + np.abs(values[known]))), name
     assert (est.gyr_bias is None) == (twin.gyr_bias is None)
     if est.gyr_bias is not None:
-        assert np.abs(est.gyr_bias - twin.gyr_bias).max() < AGREEMENT
+        assert np.abs(est.gyr_bias - twin.gyr_bias).max() < case.agreement
 
 
 @each_case
@@ -57,6 +59,11 @@ def test_a_start_without_accelerometer_and_magnetometer(case: Case) -> None:
     compare(case, signals, declination=0.1, frame="NED", gyr_hold="linear")
 
 
+@each_case
+def test_rest_acceleration_and_a_disturbed_field(case: Case) -> None:
+    compare(case, disturbed())
+
+
 def hostile(samples: int, seed: int) -> Signals:
     """Measurements of which a fifth of the rows hold something that is hardly a measurement."""
     rng = np.random.default_rng(seed)
@@ -73,11 +80,12 @@ def hostile(samples: int, seed: int) -> Signals:
 @pytest.mark.parametrize("hold", ["zero-order", "linear"])
 @pytest.mark.parametrize("seed", range(5))
 def test_status_bits_of_hostile_values(seed: int, hold: str) -> None:
-    # Status only: a turn by up to 1e6 rad in a step leaves no digits of the attitude to compare.
+    # Status only: a turn by up to 1e6 rad in a step leaves no digits of the attitude to compare, nor of anything that a
+    # filter judges by it.
     signals = hostile(2000, seed)
     settings = {"rate": RATE, "gyr_hold": hold}
     for case in CASES:
         est = case.make(**settings).run(*signals.sensors(), t=signals.t)
         twin = oracle.run(case.name, case.params, *signals.sensors(), t=signals.t, **settings)
-        assert np.array_equal(est.status, twin.status), case.label
+        assert np.array_equal(est.status & COMMON, twin.status & COMMON), case.label
         assert np.isfinite(est.quat).all(), case.label

@@ -24,13 +24,6 @@ REFERENCES: list[tuple[str, dict[str, Any], tuple[float | None, float | None, fl
 
 
 @pytest.fixture(scope="module")
-def broad(data_folder: Path) -> list[ar.Recording]:
-    files = sorted((data_folder / "broad").glob("*.hdf5"))
-    assert len(files) == 12, "the references are means over these 12 recordings"
-    return [ar.read(file) for file in files]
-
-
-@pytest.fixture(scope="module")
 def everything(data_folder: Path) -> list[ar.Recording]:
     files = [file for ending in ("hdf5", "csv", "npz") for file in sorted(data_folder.glob(f"*/*.{ending}"))]
     assert len({file.parent.name for file in files}) == 4, "BROAD, RepoIMU, Fusion and VQF"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import ahrs_rs as ar
-from cases import START, Case, each_case, each_case_with
+from cases import Case, each_case, each_case_with
+from settling import START
 from signals import (
     DIP,
     RATE,
@@ -25,8 +26,8 @@ from signals import (
 #: The 24 attitudes of a cube and as many random ones.
 POSES = poses(24, 1)
 #: Alignment, and what 1000 samples add to it: the readings are exact to rounding (1e-16), which the angles of the
-#: heading amplify by 1/cos dip = 2, and feedback only ever removes.
-ROUNDING = 1e-14
+#: heading amplify by 1/cos dip = 2, and feedback only ever removes. A heading by Euler angles walks, to 1.3e-14.
+ROUNDING = 2e-14
 
 
 def at_rest(case: Case, samples: int, *, nine: bool, dtype: type = np.float64, **keywords: object) -> Floats:
@@ -79,13 +80,17 @@ def settling_poses(count: int = 40) -> tuple[Floats, Floats]:
 def test_a_wrong_start_settles_in_the_time_that_the_gains_give(case: Case, nine: bool) -> None:
     assert case.settling is not None
     truth, q0 = settling_poses()
+    if nine and case.level_start:
+        q0 = multiply(about_z(np.linspace(0.0, 2.0 * START, len(truth)).clip(max=START)), truth)
     time, left = case.settling(DIP if nine else None, 1.0 / RATE)
     # The step of sample 0 is the first one from q0; as much again shows that it stays there.
     settled = int(np.ceil(time * RATE)) + 1
-    quat = case.make(rate=RATE).run(**still(truth, 2 * settled, nine=nine), q0=q0).quat[:, settled - 1 :]
     heading_is_fed_back = nine and case.cls.MAGNETOMETER
     error = angle_between if heading_is_fed_back else inclination_between
-    assert error(quat, truth[:, None]).max() <= left
+    for some in np.split(np.arange(len(truth)), 5):  # all at once fill the memory where filters are slow
+        sensors = still(truth[some], 2 * settled, nine=nine)
+        quat = case.make(rate=RATE).run(**sensors, q0=q0[some]).quat[:, settled - 1 :]
+        assert error(quat, truth[some, None]).max() <= left
 
 
 @each_case_with(lambda case: case.settling is not None and case.settling(None, 1.0 / RATE)[0] > 0.0)

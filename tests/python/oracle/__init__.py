@@ -10,10 +10,14 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .complementary import Complementary
+from .dcm_imu import DcmImu
 from .driver import OracleResult, drive
+from .ekf import EKF
 from .gyro_integration import GyroIntegration
+from .linear_kalman import LinearKalman
 from .madgwick import Madgwick
 from .mahony import Mahony
+from .mekf import MEKF
 from .tilt import Ecompass, Tilt
 from .trigonometric import Trigonometric
 
@@ -25,6 +29,10 @@ ORACLES: dict[str, type[Any]] = {
     "Complementary": Complementary,
     "Mahony": Mahony,
     "Madgwick": Madgwick,
+    "LinearKalman": LinearKalman,
+    "EKF": EKF,
+    "DcmImu": DcmImu,
+    "MEKF": MEKF,
 }
 
 

@@ -35,6 +35,9 @@ NOT_ALIGNED = 64
 ANGLE_RANGE = 1e6
 MAX_DT = 1e6
 
+# What a filter may report beside attitude and bias.
+OUTPUTS = ("covariance", "innovation", "nis")
+
 # output = c ⊗ q, from the internal ENU to the frame asked for
 FRAMES: dict[str, Quat] = {
     "ENU": (1.0, 0.0, 0.0, 0.0),
@@ -44,7 +47,11 @@ FRAMES: dict[str, Quat] = {
 
 
 class OracleFilter(Protocol):
-    """What the driver needs of a filter; a filter with an attribute `bias` has that reported."""
+    """What the driver needs of a filter.
+
+    Attributes that it may have: `bias` and those of `OUTPUTS` are reported after every sample, `flags` are the status
+    bits of its last step.
+    """
 
     @property
     def q(self) -> Quat:
@@ -59,11 +66,12 @@ class OracleFilter(Protocol):
 
 @dataclass(frozen=True)
 class OracleResult:
-    """Attitudes (T, 4), gyroscope biases (T, 3) in rad/s or None, and status bits (T,) as uint8."""
+    """Attitudes (T, 4), gyroscope biases (T, 3) in rad/s or None, status bits (T,) as uint8, outputs (T, ...)."""
 
     quat: NDArray[np.float64]
     gyr_bias: NDArray[np.float64] | None
     status: NDArray[np.uint8]
+    extra: dict[str, NDArray[np.float64]]
 
 
 def measured(v: Vec3 | None) -> bool:
@@ -136,6 +144,7 @@ class Driver:
             mag if mag_ok and self.heading_set else None,
             dt,
         )
+        status |= getattr(self.filter, "flags", 0)
 
         if acc is not None and acc_ok and not self.inclined:
             q = self.filter.q
@@ -233,8 +242,11 @@ def drive(
     quat = np.empty((n, 4))
     bias = np.empty((n, 3)) if hasattr(filter_, "bias") else None
     status = np.empty(n, dtype=np.uint8)
+    extra: dict[str, list[Any]] = {name: [] for name in OUTPUTS if hasattr(filter_, name)}
     for k, (w_k, a_k, m_k, dt) in enumerate(samples):
         quat[k], status[k] = driver.feed(w_k, a_k, m_k, dt)
         if bias is not None:
             bias[k] = getattr(filter_, "bias", None)
-    return OracleResult(quat, bias, status)
+        for name, reported in extra.items():
+            reported.append(np.copy(getattr(filter_, name)))
+    return OracleResult(quat, bias, status, {name: np.array(reported) for name, reported in extra.items()})

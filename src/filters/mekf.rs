@@ -1,0 +1,456 @@
+//! An error-state (multiplicative) Kalman filter of attitude and gyroscope bias.
+
+use super::field::{Field, VERTICAL_FIELD};
+use super::kalman::{
+    ErrorState, LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, congruent, diagonal, inflate, new_vertical,
+    product, put_rows, reported, rows, saturated, scale, select, set_block, sum3, symmetric, vec3, zeros,
+};
+use super::rest::{LONGEST_WAIT, Rest, Thresholds};
+use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
+use crate::scalar::{Mask, Real, Scalar};
+use crate::so3::{Matrix3, Quat, Vec3, exp_half, rotate_by};
+use crate::trig::{atan2, wrap};
+
+/// The description.
+pub const SPEC: FilterSpec = FilterSpec {
+    name: "MEKF",
+    doc: "An error-state Kalman filter of attitude and gyroscope bias. Its noises are densities, so that they do not \
+          depend on the sampling rate. The specific force counts less where its mean is not vertical (external \
+          acceleration); the magnetometer corrects only the heading, and is left out where its field is strange or \
+          its innovation too large; at rest the gyroscope shows its bias.",
+    source: "Markley, J. Guidance 26(2), 2003, with the error as a tilt and a turn in the earth frame",
+    magnetometer: Magnetometer::Feedback,
+    feedback: true,
+    gyr_bias: true,
+    equivariance: Equivariance::Exact,
+    params: PARAMS,
+    presets: &[],
+    outputs: &[
+        OutputSpec {
+            name: "covariance",
+            doc: "covariance of the attitude error in the sensor frame, rad²; π²/3 about the vertical until a \
+                  magnetometer sample has been used",
+            shape: &[3, 3],
+        },
+        OutputSpec {
+            name: "innovation",
+            doc: "tilt that the specific force shows about east and north, and heading of the field, rad; NaN where \
+                  there is no measurement",
+            shape: &[3],
+        },
+        OutputSpec {
+            name: "nis",
+            doc: "normalised innovation squared of accelerometer (2 degrees of freedom) and magnetometer (1; 3 with \
+                  magnetometer=\"vector\")",
+            shape: &[2],
+        },
+    ],
+};
+
+choice! {
+    /// What of the field is used: its heading, or all of it (the inclination too).
+    pub enum Use { Heading = "heading", Vector = "vector" }
+}
+
+params! {
+    /// Noise density of the gyroscope (angle random walk).
+    real gyr_noise: "rad/s/√Hz" = 2e-3 in [1e-9, 1e3];
+    /// Noise density of the bias' rate (rate random walk).
+    real bias_noise: "rad/s²/√Hz" = 1e-4 in [1e-9, 1e3];
+    /// Noise density of the accelerometer.
+    real acc_noise: "m/s²/√Hz" = 0.3 in [1e-6, 1e3];
+    /// Noise density of the magnetometer's heading.
+    real heading_noise: "rad/√Hz" = 0.1 in [1e-6, 1e3];
+    /// How much the mean horizontal specific force adds to the density of the accelerometer (0: nothing).
+    real acc_adaptation: "√s" = 0.3 in [0.0, 1e3];
+    /// Time constant of that mean.
+    real acc_window: "s" = 10.0 in [1e-6, 1e6];
+    /// Relative deviation of the field from its reference at which the heading's variance is four times as large.
+    real mag_tolerance: "1" = 0.12 in [1e-6, 1e6];
+    /// Time constant of the reference field.
+    real mag_window: "s" = 3.0 in [1e-6, 1e6];
+    /// Innovations of the heading beyond this many standard deviations are not used.
+    real mag_gate: "1" = 3.0 in [1e-3, 1e6];
+    /// Time after which a field that was left out is used all the same.
+    real mag_recovery: "s" = 10.0 in [0.0, 1e6];
+    /// Deviation of the angular rate from its mean below which the sensor may be at rest.
+    real rest_gyr: "rad/s" = 0.03490658503988659 in [0.0, 1e3];
+    /// Deviation of the specific force from its mean below which the sensor may be at rest.
+    real rest_acc: "m/s²" = 0.5 in [0.0, 1e3];
+    /// Time that both have to be small for.
+    real rest_time: "s" = 1.5 in [0.0, 1e9];
+    /// Noise density of the angular rate at rest, as a measurement of the bias.
+    real rest_noise: "rad/s/√Hz" = 0.01 in [1e-9, 1e3];
+    /// Standard deviation of the inclination at the start.
+    real initial_inclination: "rad" = 0.1 in [1e-6, 1e3];
+    /// Standard deviation of the heading at the start.
+    real initial_heading: "rad" = 0.5 in [1e-6, 1e3];
+    /// Standard deviation of the bias at the start; it never becomes larger.
+    real initial_bias: "rad/s" = 0.05 in [1e-9, 1e3];
+    /// Gravity g.
+    real gravity: "m/s²" = 9.80665 in [1e-3, 1e3];
+    choice magnetometer: Use;
+}
+
+/// Where the error's turn about the vertical and where the bias stand in the state: (tilt about east, about north,
+/// turn, bias).
+const TURN: usize = 2;
+const BIAS: usize = 3;
+/// The longest time in s that one measurement stands for.
+const LONGEST_INTERVAL: f64 = LONGEST_WAIT;
+/// The largest deviation of the field, in tolerances, that is still used.
+const FIELD_GATE: f64 = 3.0;
+/// The largest factor by which external acceleration inflates the accelerometer's variance.
+const LARGEST_INFLATION: f64 = 100.0;
+/// The factor from which on a sample counts as rejected.
+const REJECTING_INFLATION: f64 = 4.0;
+/// Where the time of rejection stops counting, in s.
+const LONGEST_TIME: f64 = 1e6;
+
+/// An error-state Kalman filter of attitude and gyroscope bias.
+///
+/// The error stands in the earth frame: R = Rz(δz) exp([(δx, δy, 0)×]) R̂, first a tilt, then a turn about the vertical. To
+/// first order it is R̂ δθ, with δθ the error in the sensor frame. So a level measurement knows nothing of δz to every
+/// order, and an unknown heading stays apart.
+#[derive(Clone, Debug)]
+pub struct MEKF<S: Scalar> {
+    params: Params<S>,
+    q: Quat<S>,
+    bias: Vec3<S>,
+    error: ErrorState<S, 6>,
+    /// The time since the last measurement.
+    acc_interval: S,
+    mag_interval: S,
+    /// The horizontal specific force, low-pass filtered.
+    mean_acc: [S; 2],
+    field: Field<S>,
+    rest: Rest<S>,
+    /// One where a magnetometer sample has been used.
+    headed: S,
+    flags: Flags<S::Mask>,
+    innovation: Vec3<S>,
+    nis: [S; 2],
+}
+
+impl<S: Scalar> Filter<S> for MEKF<S> {
+    type Params = Params<S>;
+    const SPEC: &'static FilterSpec = &SPEC;
+
+    fn new(params: &Params<S>) -> Self {
+        let (zero, none) = (S::zero(), S::splat(S::Real::NAN));
+        MEKF {
+            params: params.clone(),
+            q: Quat::identity(),
+            bias: Vec3::zero(),
+            error: ErrorState::new(diagonal(|i| initial_variance(params, i))),
+            acc_interval: zero,
+            mag_interval: zero,
+            mean_acc: [zero; 2],
+            field: Field::new(),
+            rest: Rest::new(),
+            headed: zero,
+            flags: Flags::none(),
+            innovation: Vec3::new(none, none, none),
+            nis: [none; 2],
+        }
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn attitude(&self) -> Quat<S> {
+        self.q
+    }
+    /// The heading's variance starts afresh, the inclination's where the vertical is new; what starts afresh has no
+    /// correlations. The bias keeps its own.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
+        let mut turned = self.error.p;
+        reset(&mut turned, &product(&rows(q.matrix()), &rows(self.q.matrix()).transpose()));
+        let afresh = |first: usize| {
+            Square::<S, 6>::from_fn(|i, j| match (i, j) {
+                _ if (i < first || i > TURN) && (j < first || j > TURN) => turned[(i, j)],
+                _ if i == j => initial_variance(&self.params, i),
+                _ => S::zero(),
+            })
+        };
+        let p = select(new_vertical(self.q, q), &afresh(0), &afresh(TURN));
+        self.error.p = select(lanes, &p, &self.error.p);
+        self.q = Quat::select(lanes, q, self.q);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn step(&mut self, sample: &Sample<S>, dt: S) {
+        let none = S::splat(S::Real::NAN);
+        self.innovation = Vec3::new(none, none, none);
+        self.nis = [none; 2];
+        self.flags = Flags::none();
+        let r = self.predict(sample.gyr, dt);
+        let longest = S::of(LONGEST_INTERVAL);
+        self.acc_interval = (self.acc_interval + dt).min(longest);
+        self.mag_interval = (self.mag_interval + dt).min(longest);
+        let params = &self.params;
+        let limits = Thresholds { gyr: params.rest_gyr, acc: params.rest_acc, time: params.rest_time };
+        let acc = (sample.acc.value, sample.acc.valid, self.acc_interval);
+        self.flags.rest = self.rest.step((sample.gyr, dt), acc, &limits);
+
+        if sample.acc.valid.any() {
+            self.use_acc(sample.acc.valid, r.apply(sample.acc.value));
+        }
+        if sample.mag.valid.any() {
+            self.use_mag(sample.mag.valid, r.apply(sample.mag.value));
+        }
+        if self.flags.rest.any() {
+            self.use_rest(sample.gyr, dt);
+        }
+        self.inject();
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn gyr_bias(&self) -> Vec3<S> {
+        self.bias
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.flags.acc_rejected;
+        flags.mag_rejected = self.flags.mag_rejected;
+        flags.rest = self.flags.rest;
+        flags.recovering = self.flags.recovering;
+    }
+    fn output(&self, index: usize, put: &mut impl FnMut(S)) {
+        match index {
+            0 => put_rows(&self.covariance(), put),
+            1 => self.innovation.clone().each(&mut |value| put(*value)),
+            _ => self.nis.iter().for_each(|nis| put(*nis)),
+        }
+    }
+    fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.q.each(visit);
+        self.bias.each(visit);
+        self.error.each(visit);
+        self.mean_acc.iter_mut().for_each(&mut *visit);
+        self.rest.each(visit);
+        self.field.each(visit);
+        for variable in [&mut self.acc_interval, &mut self.mag_interval, &mut self.headed] {
+            visit(variable);
+        }
+    }
+}
+
+impl<S: Scalar> MEKF<S> {
+    /// Covariance of the attitude error in the sensor frame in rad².
+    pub fn covariance(&self) -> Square<S, 3> {
+        let r = self.q.matrix();
+        let p = block::<_, 0, 0, 3, 3, 6>(&self.error.p);
+        reported(&congruent(&rows(r).transpose(), &p), r.z, S::zero().lt(self.headed))
+    }
+
+    /// Attitude and covariance after dt; gives the new rotation matrix. dδ/dt = −R (b − b̂), by the trapezoidal rule.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn predict(&mut self, gyr: Vec3<S>, dt: S) -> Matrix3<S> {
+        let before = rows(self.q.matrix());
+        self.q = rotate_by(self.q, gyr - self.bias, dt);
+        let r = self.q.matrix();
+        let half_dt = S::of(0.5) * dt;
+        let turn = rows(r).zip_map(&before, |after, before| (after + before) * half_dt);
+
+        let gyr_noise = self.params.gyr_noise * self.params.gyr_noise * dt;
+        let bias_noise = self.params.bias_noise * self.params.bias_noise * dt;
+        let bias = self.params.initial_bias * self.params.initial_bias;
+        self.error.predict(S::zero().lt(dt), |p| {
+            // F = [I, −turn; 0, I]
+            let (a, b) = (block::<_, 0, 0, 3, 3, 6>(p), block::<_, 0, BIAS, 3, 3, 6>(p));
+            let lost = product(&turn, &block::<_, BIAS, BIAS, 3, 3, 6>(p));
+            let cross = b.zip_map(&lost, |b, lost| b - lost);
+            let attitude = symmetric(|i, j| {
+                a[(i, j)] - sum3(|k| turn[(i, k)] * b[(j, k)]) - sum3(|k| cross[(i, k)] * turn[(j, k)])
+            });
+            set_block::<_, 0, 0, 3, 3, 6>(p, &attitude);
+            set_block::<_, 0, BIAS, 3, 3, 6>(p, &cross);
+            for i in 0..6 {
+                p[(i, i)] = p[(i, i)] + if i < BIAS { gyr_noise } else { bias_noise };
+            }
+            inflate(p);
+            // Not one by one: the mean of a group does not depend on the axes.
+            limit::<S, 0, 2>(p, S::of(UNKNOWN_ANGLE));
+            limit::<S, TURN, 1>(p, S::of(UNKNOWN_ANGLE));
+            limit::<S, BIAS, 3>(p, bias);
+        });
+        r
+    }
+
+    /// The horizontal part of the specific force over g is (−δy, δx) to first order.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn use_acc(&mut self, lanes: S::Mask, force: Vec3<S>) {
+        let params = &self.params;
+        let interval = self.acc_interval;
+        self.acc_interval = S::select(lanes, S::zero(), interval);
+        let level = saturated(Vec3::new(force.x, force.y, S::zero()), S::of(SATURATION) * params.gravity);
+        // External acceleration that lasts: the horizontal force, low-pass filtered.
+        let weight = interval / (params.acc_window + interval);
+        let [x, y] = self.mean_acc;
+        let mean = [x + weight * (level.x - x), y + weight * (level.y - y)];
+        self.mean_acc = [S::select(lanes, mean[0], x), S::select(lanes, mean[1], y)];
+        let external2 = params.acc_adaptation * params.acc_adaptation * (mean[0] * mean[0] + mean[1] * mean[1]);
+        let noise2 = params.acc_noise * params.acc_noise;
+        let density2 = noise2 + external2.min(S::of(LARGEST_INFLATION - 1.0) * noise2);
+        self.flags.acc_rejected = lanes & (S::of(REJECTING_INFLATION) * noise2).lt(density2);
+
+        let over_g = S::one() / params.gravity;
+        let (east, north) = (level.y * over_g, -(level.x * over_g));
+        self.innovation.x = S::select(lanes, east, self.innovation.x);
+        self.innovation.y = S::select(lanes, north, self.innovation.y);
+        // White noise has no information in no time.
+        let lanes = lanes & S::zero().lt(interval);
+        if lanes.any() {
+            let variance = density2 * (over_g * over_g / interval);
+            let about_east = self.error.innovation::<0, 1>([S::one()], east, variance);
+            let nis = self.error.correct(lanes, &about_east);
+            let about_north = self.error.innovation::<1, 1>([S::one()], north, variance);
+            let nis = nis + self.error.correct(lanes, &about_north);
+            self.nis[0] = S::select(lanes, nis, self.nis[0]);
+        }
+    }
+
+    /// The field's heading, or all of it, where it is not strange.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn use_mag(&mut self, lanes: S::Mask, field: Vec3<S>) {
+        let params = &self.params;
+        let interval = self.mag_interval;
+        self.mag_interval = S::select(lanes, S::zero(), interval);
+        let (horizontal, vertical) = ((field.x * field.x + field.y * field.y).sqrt(), field.z);
+        let deviation2 = self.field.see(lanes, horizontal, vertical, interval);
+        let heading = atan2(field.x, field.y);
+        self.innovation.z = S::select(lanes, heading, self.innovation.z);
+        let horizontal2 = horizontal * horizontal;
+        let level = (S::of(VERTICAL_FIELD * VERTICAL_FIELD) * (horizontal2 + vertical * vertical)).le(horizontal2);
+        let lanes = lanes & level & S::zero().lt(interval);
+        if !lanes.any() {
+            return;
+        }
+
+        // The derivative of the heading by the error at the reference field: the turn itself, and a tilt about north.
+        let tolerance2 = params.mag_tolerance * params.mag_tolerance;
+        let growth = S::one() + deviation2 * (S::one() / tolerance2);
+        let variance = growth * growth * (params.heading_noise * params.heading_noise / interval);
+        let [north, up] = self.field.direction();
+        let mut seen = self.error.innovation::<1, 2>([-(up / north), S::one()], heading, variance);
+        seen.nu = wrap(seen.nu);
+        let nis = seen.nis();
+        self.nis[1] = S::select(lanes, nis, self.nis[1]);
+
+        let strange = (S::of(FIELD_GATE * FIELD_GATE) * tolerance2).lt(deviation2);
+        let rejected = lanes & (strange | (params.mag_gate * params.mag_gate * seen.s).lt(seen.nu * seen.nu));
+        let time = S::select(rejected, (self.field.rejected + interval).min(S::of(LONGEST_TIME)), S::zero());
+        self.field.rejected = S::select(lanes, time, self.field.rejected);
+        let recovering = rejected & params.mag_recovery.lt(time);
+        self.flags.mag_rejected = rejected & !recovering;
+        self.flags.recovering = recovering;
+        let lanes = lanes & !self.flags.mag_rejected;
+        if !lanes.any() {
+            return;
+        }
+        self.headed = S::select(lanes, S::one(), self.headed);
+        let whole = params.magnetometer == Use::Vector;
+        let window = if whole { self.field.age } else { params.mag_window };
+        self.field.learn(lanes, recovering & strange, [horizontal, vertical], interval, window);
+        if whole {
+            let nis = use_vector(&mut self.error, lanes, field, heading, variance, &self.field);
+            self.nis[1] = S::select(lanes, nis, self.nis[1]);
+        } else {
+            // The gain of the inclination is zero (Schmidt): the magnetometer turns only heading and bias.
+            let mut gain = seen.gain();
+            (gain[0], gain[1]) = (S::zero(), S::zero());
+            self.error.correct_by(lanes, &seen, &gain);
+        }
+    }
+
+    /// At rest the gyroscope shows its bias, unless it is too far from the estimate: a slow turn.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn use_rest(&mut self, gyr: Vec3<S>, dt: S) {
+        let params = &self.params;
+        let off2 = (self.rest.rate() - self.bias - vec3(&self.error.x, BIAS)).norm2();
+        let lanes = self.flags.rest & S::zero().lt(dt) & off2.lt(params.rest_gyr * params.rest_gyr);
+        if lanes.any() {
+            let variance = params.rest_noise * params.rest_noise / dt;
+            let z = gyr - self.bias;
+            let about_x = self.error.innovation::<3, 1>([S::one()], z.x, variance);
+            self.error.correct(lanes, &about_x);
+            let about_y = self.error.innovation::<4, 1>([S::one()], z.y, variance);
+            self.error.correct(lanes, &about_y);
+            let about_z = self.error.innovation::<5, 1>([S::one()], z.z, variance);
+            self.error.correct(lanes, &about_z);
+        }
+    }
+
+    /// R̂ := Rz(x_z) exp([(x_x, x_y, 0)×]) R̂, b̂ := b̂ + x_b, and the covariance of the error that is left.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn inject(&mut self) {
+        let x = self.error.x;
+        self.error.x = zeros();
+        let (half, o) = (S::of(0.5), S::zero());
+        let tilt = exp_half(Vec3::new(x[0] * half, x[1] * half, o));
+        let turn = exp_half(Vec3::new(o, o, x[TURN] * half));
+        self.q = turn * (tilt * self.q);
+        let largest = S::of(LARGEST_BIAS) * self.params.initial_bias;
+        self.bias = saturated(self.bias + vec3(&x, BIAS), largest);
+        let (sin, cos) = (S::of(2.0) * turn.w * turn.z, turn.w * turn.w - turn.z * turn.z);
+        let g = Square::<S, 3>::from([[cos, sin, -(x[1] * half)], [-sin, cos, x[0] * half], [o, o, S::one()]]);
+        reset(&mut self.error.p, &g);
+    }
+}
+
+/// All three components of the field against its reference m = (0, north, up): −δ × m = [m×] δ. Gives the normalised
+/// innovation squared.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn use_vector<S: Scalar>(
+    error: &mut ErrorState<S, 6>,
+    lanes: S::Mask,
+    field: Vec3<S>,
+    heading: S,
+    variance: S,
+    reference: &Field<S>,
+) -> S {
+    let [north, up] = reference.direction();
+    let norm = reference.norm();
+    let field = saturated(field, S::of(SATURATION) * norm) * (S::one() / norm);
+    let variance = variance * north * north;
+    let east = error.innovation::<1, 2>([-up, north], north * heading, variance);
+    let nis = error.correct(lanes, &east);
+    let along_north = error.innovation::<0, 1>([up], field.y - north, variance);
+    let nis = nis + error.correct(lanes, &along_north);
+    let along_up = error.innovation::<0, 1>([-north], field.z - up, variance);
+    nis + error.correct(lanes, &along_up)
+}
+
+/// The variances at the start.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn initial_variance<S: Scalar>(params: &Params<S>, i: usize) -> S {
+    let deviation = match i {
+        0 | 1 => params.initial_inclination,
+        TURN => params.initial_heading,
+        _ => params.initial_bias,
+    };
+    deviation * deviation
+}
+
+/// The covariance after the attitude's error has become g times it.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn reset<S: Scalar>(p: &mut Square<S, 6>, g: &Square<S, 3>) {
+    let attitude = congruent(g, &block::<_, 0, 0, 3, 3, 6>(p));
+    let cross = product(g, &block::<_, 0, BIAS, 3, 3, 6>(p));
+    set_block::<_, 0, 0, 3, 3, 6>(p, &attitude);
+    set_block::<_, 0, BIAS, 3, 3, 6>(p, &cross);
+}
+
+/// Brings the mean variance of `N` indices from `START` on down to a cap: their rows and columns are scaled.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn limit<S: Scalar, const START: usize, const N: usize>(p: &mut Square<S, 6>, cap: S) {
+    let mut sum = p[(START, START)];
+    for i in START + 1..START + N {
+        sum = sum + p[(i, i)];
+    }
+    let mean = sum * S::of(1.0 / N as f64);
+    let over = cap.lt(mean);
+    if over.any() {
+        let factor = S::select(over, (cap / mean).sqrt(), S::one());
+        for i in START..START + N {
+            scale(p, i, factor);
+        }
+    }
+}
