@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ahrs_rs import FILTERS, Filter
+from ahrs_rs._special import SPECIAL
 
 STUB = Path(__file__).parents[1] / "python" / "ahrs_rs" / "filters.pyi"
 
 HEAD = """# Made by tools/stubs.py from the registry; do not edit.
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from numpy.typing import DTypeLike
 
@@ -53,13 +57,23 @@ def class_stub(cls: type[Filter]) -> str:
         "        cls,",
         f"        {keywords(cls)},",
         "    ) -> Self: ...",
+        *map(method_stub, SPECIAL.get(cls.__name__, ())),
     ]
     return "\n".join(lines) + "\n"
 
 
+def method_stub(method: Callable[..., Any]) -> str:
+    """A class method of one class alone."""
+    first, *others = inspect.signature(method).parameters.values()
+    bare = [first.replace(annotation=inspect.Parameter.empty), *others]
+    signature = inspect.Signature(bare)
+    arguments = str(signature).replace("'", "")
+    return f"    @classmethod\n    def {method.__name__}{arguments} -> Self: ..."
+
+
 def stub() -> str:
-    names = ", ".join(quoted(name) for name in ["FILTERS", *sorted(FILTERS)])
-    return HEAD + f"__all__ = [{names}]\n" + "".join(map(class_stub, FILTERS.values()))
+    names = "".join(f"\n    {quoted(name)}," for name in ["FILTERS", *sorted(FILTERS)])
+    return HEAD + f"__all__ = [{names}\n]\n" + "".join(map(class_stub, FILTERS.values()))
 
 
 def main() -> int:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs import _native
+from ahrs_rs._special import SPECIAL
 from ahrs_rs.estimate import Estimate, Floats
 from ahrs_rs.state import Snapshot, State
 from ahrs_rs.status import Status
@@ -342,6 +343,7 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
             "__module__": "ahrs_rs",
             "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
             **{name: _param_property(param) for name, param in params.items()},
+            **{method.__name__: classmethod(method) for method in SPECIAL.get(spec["name"], ())},
             "__doc__": class_doc(spec, params, outputs),
             "NAME": spec["name"],
             "PARAMS": MappingProxyType(params),

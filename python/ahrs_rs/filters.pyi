@@ -1,12 +1,25 @@
 # Made by tools/stubs.py from the registry; do not edit.
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from numpy.typing import DTypeLike
 
 from ahrs_rs._filter import Filter
 
 FILTERS: dict[str, type[Filter]]
-__all__ = ["FILTERS", "Complementary", "Ecompass", "GyroIntegration", "Madgwick", "Mahony", "Tilt", "Trigonometric"]
+__all__ = [
+    "EKF",
+    "FILTERS",
+    "MEKF",
+    "Complementary",
+    "DcmImu",
+    "Ecompass",
+    "GyroIntegration",
+    "LinearKalman",
+    "Madgwick",
+    "Mahony",
+    "Tilt",
+    "Trigonometric",
+]
 
 class GyroIntegration(Filter):
     @property
@@ -74,6 +87,37 @@ class Complementary(Filter):
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
         dtype: DTypeLike = ...,
     ) -> Self: ...
+    @classmethod
+    def from_kalman_gain(cls, /, gain: float, *, rate: float, **keywords: Any) -> Self: ...
+
+class LinearKalman(Filter):
+    @property
+    def angle_process(self) -> float: ...
+    @property
+    def bias_process(self) -> float: ...
+    @property
+    def angle_variance(self) -> float: ...
+    @property
+    def initial_angle(self) -> float: ...
+    @property
+    def initial_bias(self) -> float: ...
+    @property
+    def integration(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        angle_process: float = 0.0007195063455362055,
+        bias_process: float = 2.607525113374225e-07,
+        angle_variance: float = 0.8072361624347777,
+        initial_angle: float = 0.0,
+        initial_bias: float = 0.01,
+        integration: Literal["exponential", "first-order"] = "exponential",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
 
 class Mahony(Filter):
     @property
@@ -112,6 +156,174 @@ class Madgwick(Filter):
         zeta: float = 0.0,
         gradient: Literal["tangent", "paper"] = "tangent",
         integration: Literal["exponential", "first-order"] = "exponential",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
+class EKF(Filter):
+    @property
+    def gyr_variance_x(self) -> float: ...
+    @property
+    def gyr_variance_y(self) -> float: ...
+    @property
+    def gyr_variance_z(self) -> float: ...
+    @property
+    def acc_variance_x(self) -> float: ...
+    @property
+    def acc_variance_y(self) -> float: ...
+    @property
+    def acc_variance_z(self) -> float: ...
+    @property
+    def mag_variance_x(self) -> float: ...
+    @property
+    def mag_variance_y(self) -> float: ...
+    @property
+    def mag_variance_z(self) -> float: ...
+    @property
+    def quat_process(self) -> float: ...
+    @property
+    def rate_process(self) -> float: ...
+    @property
+    def reference_time(self) -> float: ...
+    @property
+    def initial_inclination(self) -> float: ...
+    @property
+    def initial_heading(self) -> float: ...
+    @property
+    def initial_rate(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def gyroscope(self) -> str: ...
+    @property
+    def integration(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        gyr_variance_x: float = 2.9e-05,
+        gyr_variance_y: float = 2.3e-05,
+        gyr_variance_z: float = 3.2e-05,
+        acc_variance_x: float = 3.1e-05,
+        acc_variance_y: float = 4.5e-05,
+        acc_variance_z: float = 5.5e-05,
+        mag_variance_x: float = 0.002,
+        mag_variance_y: float = 0.0021,
+        mag_variance_z: float = 0.002,
+        quat_process: float = 5e-08,
+        rate_process: float = 0.5,
+        reference_time: float = 0.0,
+        initial_inclination: float = 0.0,
+        initial_heading: float = 0.0,
+        initial_rate: float = 1.0,
+        gravity: float = 9.80665,
+        gyroscope: Literal["measurement", "input"] = "measurement",
+        integration: Literal["exponential", "first-order"] = "exponential",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
+class DcmImu(Filter):
+    @property
+    def dcm_process(self) -> float: ...
+    @property
+    def bias_process(self) -> float: ...
+    @property
+    def acc_std(self) -> float: ...
+    @property
+    def acc_motion(self) -> float: ...
+    @property
+    def initial_dcm(self) -> float: ...
+    @property
+    def initial_bias(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def prediction(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        dcm_process: float = 0.1,
+        bias_process: float = 0.0001,
+        acc_std: float = 0.5,
+        acc_motion: float = 10.0,
+        initial_dcm: float = 1.0,
+        initial_bias: float = 0.1,
+        gravity: float = 9.80665,
+        prediction: Literal["exponential", "euler"] = "exponential",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
+class MEKF(Filter):
+    @property
+    def gyr_noise(self) -> float: ...
+    @property
+    def bias_noise(self) -> float: ...
+    @property
+    def acc_noise(self) -> float: ...
+    @property
+    def heading_noise(self) -> float: ...
+    @property
+    def acc_adaptation(self) -> float: ...
+    @property
+    def acc_window(self) -> float: ...
+    @property
+    def mag_tolerance(self) -> float: ...
+    @property
+    def mag_window(self) -> float: ...
+    @property
+    def mag_gate(self) -> float: ...
+    @property
+    def mag_recovery(self) -> float: ...
+    @property
+    def rest_gyr(self) -> float: ...
+    @property
+    def rest_acc(self) -> float: ...
+    @property
+    def rest_time(self) -> float: ...
+    @property
+    def rest_noise(self) -> float: ...
+    @property
+    def initial_inclination(self) -> float: ...
+    @property
+    def initial_heading(self) -> float: ...
+    @property
+    def initial_bias(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def magnetometer(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        gyr_noise: float = 0.002,
+        bias_noise: float = 0.0001,
+        acc_noise: float = 0.3,
+        heading_noise: float = 0.1,
+        acc_adaptation: float = 0.3,
+        acc_window: float = 10.0,
+        mag_tolerance: float = 0.12,
+        mag_window: float = 3.0,
+        mag_gate: float = 3.0,
+        mag_recovery: float = 10.0,
+        rest_gyr: float = 0.03490658503988659,
+        rest_acc: float = 0.5,
+        rest_time: float = 1.5,
+        rest_noise: float = 0.01,
+        initial_inclination: float = 0.1,
+        initial_heading: float = 0.5,
+        initial_bias: float = 0.05,
+        gravity: float = 9.80665,
+        magnetometer: Literal["heading", "vector"] = "heading",
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",

@@ -1,5 +1,7 @@
 //! Hyyti and Visala's adaptive extended Kalman filter on the bottom row of the rotation matrix.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use super::kalman::{
     ErrorState, LARGEST_BIAS, SATURATION, Square, block, cap, column, congruent, diagonal, inflate, new_vertical, plus,
     product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3, zeros,
@@ -71,7 +73,7 @@ params! {
     real initial_dcm: "1" = 1.0 in [1e-6, 1e3];
     /// Standard deviation of the bias at the start.
     real initial_bias: "rad/s" = 0.1 in [1e-9, 1e3];
-    /// Gravity g.
+    /// Gravity g where the sensor is.
     real gravity: "m/s²" = 9.80665 in [1e-3, 1e3];
     choice prediction: Prediction;
 }
@@ -151,6 +153,8 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             let nis_y = self.error.correct(valid, &along_y);
             let along_z = self.error.innovation::<2, 1>([g], a.z, variance);
             let nis = nis_x + nis_y + self.error.correct(valid, &along_z); // (A.6)
+            let params = &self.params;
+            self.error.mend(|| initial_covariance(params));
             self.c3 = self.c3 + vec3(&self.error.x, 0);
             let largest = S::of(LARGEST_BIAS) * self.params.initial_bias;
             self.bias = saturated(self.bias + vec3(&self.error.x, BIAS), largest);
@@ -237,6 +241,9 @@ impl<S: Scalar> DcmImu<S> {
         let (na, nb) = (product(&n.transpose(), &a), product(&n.transpose(), &b));
         let twice = sum3(|k| n[k] * na[k]);
         let over_d2 = over_d * over_d;
+        // Along n nothing is left: room there for the rounding of what is taken away.
+        let room = S::of(8.0) * S::splat(S::Real::EPSILON) * sum3(|k| a[(k, k)]);
+        let twice = twice + room;
         let across = symmetric(|i, j| (a[(i, j)] - (n[i] * na[j] + na[i] * n[j]) + n[i] * n[j] * twice) * over_d2);
         set_block::<_, 0, 0, 3, 3, 6>(p, &across);
         set_block::<_, 0, BIAS, 3, 3, 6>(p, &Square::<S, 3>::from_fn(|i, j| (b[(i, j)] - n[i] * nb[j]) * over_d));

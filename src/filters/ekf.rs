@@ -1,5 +1,7 @@
 //! Cirillo's extended Kalman filter of quaternion and angular rate.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use nalgebra::SMatrix;
 
 use super::Integration;
@@ -112,6 +114,9 @@ const LARGEST_RATE: f64 = 1e4;
 /// The largest variance of a quaternion's component, and of the angular rate in rad²/s².
 const LARGEST_VARIANCES: [f64; 2] = [1.0, 1e4];
 
+/// The largest half turn in rad of a first-order step.
+const LARGEST_TURN: f64 = 10.0;
+
 /// Where the quaternion and where the rate stand in the state.
 const QUAT: usize = 0;
 const RATE: usize = 4;
@@ -137,13 +142,12 @@ impl<S: Scalar> Filter<S> for EKF<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        let rate = params.initial_rate * params.initial_rate;
         let none = S::splat(S::Real::NAN);
         let mut new = EKF {
             params: params.clone(),
             q: Quat::identity(),
             rate: Vec3::zero(),
-            error: ErrorState::new(diagonal(|i| if i < RATE { S::zero() } else { rate })),
+            error: ErrorState::new(zeros()),
             horizontal: S::zero(),
             vertical: S::zero(),
             count: S::zero(),
@@ -151,7 +155,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             innovation: [Vec3::new(none, none, none); 3],
             nis: [none; 3],
         };
-        new.error.p = new.started(new.q, &diagonal(|_| inclination_variance(params)));
+        new.error.p = start(params, new.q);
         new
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -162,7 +166,11 @@ impl<S: Scalar> Filter<S> for EKF<S> {
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         let start = diagonal(|_| inclination_variance(&self.params));
         let inclination = select(new_vertical(self.q, q), &start, &self.attitude_covariance());
-        self.error.p = select(lanes, &self.started(q, &inclination), &self.error.p);
+        self.error.p = select(
+            lanes,
+            &started(&self.params, q, &inclination, &block::<_, RATE, RATE, 3, 3, 7>(&self.error.p)),
+            &self.error.p,
+        );
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -220,6 +228,8 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             let nis = correct_direction(&mut self.error, valid, &h, innovation, v_mag);
             self.report(2, valid, innovation, nis);
         }
+        let (params, q) = (&self.params, self.q.unit_or(Quat::identity()));
+        self.error.mend(|| start(params, q));
         let x = self.error.x;
         self.error.x = zeros();
         let q = Quat::new(self.q.w + x[0], self.q.x + x[1], self.q.y + x[2], self.q.z + x[3]);
@@ -257,28 +267,6 @@ impl<S: Scalar> EKF<S> {
         symmetric(|i, j| S::of(4.0) * dot4(|k| xi[(k, i)] * p_xi[(k, j)]))
     }
 
-    /// The covariance with the attitude at q, uncorrelated with the rate: the heading's variance is that of the start, the
-    /// inclination's is given.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn started(&self, q: Quat<S>, inclination: &Square<S, 3>) -> Square<S, 7> {
-        let up = column(q.matrix().z);
-        let level = symmetric(|i, j| if i == j { S::one() - up[i] * up[j] } else { -(up[i] * up[j]) });
-        let params = &self.params;
-        let given = params.initial_heading * params.initial_heading;
-        let mean = (params.mag_variance_x + params.mag_variance_y + params.mag_variance_z) * S::of(4.0 / 3.0);
-        let heading = S::select(S::zero().lt(params.initial_heading), given, mean);
-        let tilt = congruent(&level, inclination);
-        let p = symmetric(|i, j| S::of(0.25) * (tilt[(i, j)] + heading * up[i] * up[j]));
-        let xi = xi(q);
-        let xi_p = product(&xi, &p);
-        let p = symmetric4(|i, j| sum3(|k| xi_p[(i, k)] * xi[(j, k)]));
-        Square::<S, 7>::from_fn(|i, j| match (i < RATE, j < RATE) {
-            (true, true) => p[(i, j)],
-            (false, false) => self.error.p[(i, j)],
-            _ => S::zero(),
-        })
-    }
-
     /// x⁻ = f(x), P⁻ = F P Fᵀ + W (20), (23), (24).
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn predict(&mut self, moves: S::Mask, dt: S) {
@@ -287,7 +275,10 @@ impl<S: Scalar> EKF<S> {
         // F = [E, G; 0, I]: q ⊗ e, and the derivative of that by the rate
         let (turn, by_rate) = match self.params.integration {
             Integration::Exponential => exponential(half_turn),
-            Integration::FirstOrder => (Quat::from_parts(S::one(), half_turn), FIRST_ORDER.map(|row| row.map(S::of))),
+            Integration::FirstOrder => {
+                let turn = saturated(half_turn, S::of(LARGEST_TURN));
+                (Quat::from_parts(S::one(), turn), FIRST_ORDER.map(|row| row.map(S::of)))
+            }
         };
         let e = right(turn);
         let g = product(&left(self.q), &SMatrix::<S, 4, 3>::from(by_rate)).map(|entry| entry * half_dt);
@@ -337,6 +328,34 @@ impl<S: Scalar> EKF<S> {
             *n = S::select(lanes, nis, none);
         }
     }
+}
+
+/// The covariance at the start.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn start<S: Scalar>(params: &Params<S>, q: Quat<S>) -> Square<S, 7> {
+    let rate = params.initial_rate * params.initial_rate;
+    started(params, q, &diagonal(|_| inclination_variance(params)), &diagonal(|_| rate))
+}
+
+/// The covariance with the attitude at q, uncorrelated with that of the rate: the heading's variance is that of the start, the
+/// inclination's is given.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>, rate: &Square<S, 3>) -> Square<S, 7> {
+    let up = column(q.matrix().z);
+    let level = symmetric(|i, j| if i == j { S::one() - up[i] * up[j] } else { -(up[i] * up[j]) });
+    let given = params.initial_heading * params.initial_heading;
+    let mean = (params.mag_variance_x + params.mag_variance_y + params.mag_variance_z) * S::of(4.0 / 3.0);
+    let heading = S::select(S::zero().lt(params.initial_heading), given, mean);
+    let tilt = congruent(&level, inclination);
+    let p = symmetric(|i, j| S::of(0.25) * (tilt[(i, j)] + heading * up[i] * up[j]));
+    let xi = xi(q);
+    let xi_p = product(&xi, &p);
+    let p = symmetric4(|i, j| sum3(|k| xi_p[(i, k)] * xi[(j, k)]));
+    Square::<S, 7>::from_fn(|i, j| match (i < RATE, j < RATE) {
+        (true, true) => p[(i, j)],
+        (false, false) => rate[(i - RATE, j - RATE)],
+        _ => S::zero(),
+    })
 }
 
 /// The inclination's variance at the start.

@@ -4,6 +4,8 @@
 //! and the result is that of the whole vector. Products are written out over [`Scalar`]: lanes are no field for
 //! nalgebra, and its own products take other orders of summation with other features.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use core::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
@@ -261,6 +263,26 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
         if let Some(old) = old {
             self.p = select(lanes, &self.p, &old.p);
             self.x = select(lanes, &self.x, &old.x);
+        }
+    }
+
+    /// Starts afresh, without a correction, where the numbers have left the range of the scalar or a variance is negative: a
+    /// last resort for variances that differ by more than the scalar's precision.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn mend(&mut self, start: impl FnOnce() -> Square<S, N>) {
+        let mut total = S::zero();
+        let mut sound = S::Mask::splat(true);
+        for j in 0..N {
+            total = total + self.x[j].abs();
+            sound = sound & S::zero().le(self.p[(j, j)]);
+            for i in 0..N {
+                total = total + self.p[(i, j)].abs();
+            }
+        }
+        let sound = sound & total.le(S::splat(S::Real::MAX));
+        if !sound.all() {
+            self.p = select(sound, &self.p, &start());
+            self.x = select(sound, &self.x, &zeros());
         }
     }
 

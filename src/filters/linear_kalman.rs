@@ -1,5 +1,7 @@
 //! Two linear Kalman filters, one for roll and one for pitch.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use super::Integration;
 use super::kalman::{
     ErrorState, Square, UNKNOWN_ANGLE, cap, column, diagonal, inflate, new_vertical, put_rows, reported, select,
@@ -154,6 +156,13 @@ fn initial_variance<S: Scalar>(params: &Params<S>) -> S {
     S::select(S::zero().lt(params.initial_angle), given, params.angle_variance)
 }
 
+/// The covariance of an angle and its bias at the start.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn initial_covariance<S: Scalar>(params: &Params<S>) -> Square<S, 2> {
+    let bias = params.initial_bias * params.initial_bias;
+    diagonal(|i| if i == 0 { initial_variance(params) } else { bias })
+}
+
 /// The filter of one angle: the state is [angle, bias], of which the angle is kept in the attitude.
 #[derive(Clone, Debug)]
 struct Axis<S: Scalar> {
@@ -165,10 +174,8 @@ struct Axis<S: Scalar> {
 
 impl<S: Scalar> Axis<S> {
     fn new(params: &Params<S>) -> Self {
-        let bias = params.initial_bias * params.initial_bias;
-        let p = diagonal(|i| if i == 0 { initial_variance(params) } else { bias });
         let none = S::splat(S::Real::NAN);
-        Axis { bias: S::zero(), error: ErrorState::new(p), innovation: none, nis: none }
+        Axis { bias: S::zero(), error: ErrorState::new(initial_covariance(params)), innovation: none, nis: none }
     }
 
     /// P = Φ P Φᵀ + Q with Φ = [1, −slope dt; 0, 1] (Parikh eq. 1; Table I, "project into k+1").
@@ -198,6 +205,7 @@ impl<S: Scalar> Axis<S> {
         }
         let seen = self.error.innovation::<0, 1>([S::one()], innovation, params.angle_variance);
         self.nis = S::select(lanes, self.error.correct(lanes, &seen), none);
+        self.error.mend(|| initial_covariance(params));
         let x = self.error.x;
         self.error.x = zeros();
         self.bias = self.bias + x[1];

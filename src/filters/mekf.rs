@@ -1,5 +1,7 @@
 //! An error-state (multiplicative) Kalman filter of attitude and gyroscope bias.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
     ErrorState, LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, congruent, diagonal, inflate, new_vertical,
@@ -87,7 +89,7 @@ params! {
     real initial_heading: "rad" = 0.5 in [1e-6, 1e3];
     /// Standard deviation of the bias at the start; it never becomes larger.
     real initial_bias: "rad/s" = 0.05 in [1e-9, 1e3];
-    /// Gravity g.
+    /// Gravity g where the sensor is.
     real gravity: "m/s²" = 9.80665 in [1e-3, 1e3];
     choice magnetometer: Use;
 }
@@ -381,6 +383,8 @@ impl<S: Scalar> MEKF<S> {
     /// R̂ := Rz(x_z) exp([(x_x, x_y, 0)×]) R̂, b̂ := b̂ + x_b, and the covariance of the error that is left.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn inject(&mut self) {
+        let params = &self.params;
+        self.error.mend(|| diagonal(|i| initial_variance(params, i)));
         let x = self.error.x;
         self.error.x = zeros();
         let (half, o) = (S::of(0.5), S::zero());

@@ -1,5 +1,7 @@
 //! Matrices of quaternions: products, and derivatives by the quaternion.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use nalgebra::SMatrix;
 
 use super::kalman::Square;

@@ -111,7 +111,7 @@ def _long_text(cls: type[Filter]) -> str:
         lines += ["", "presets"]
         for name, values in cls.PRESETS.items():
             text = " ".join(f"{key}={_common.shown(value)}" for key, value in values.items())
-            lines.append(f"  {name:<14} {text}")
+            lines.append(_wrap(text, f"  {name:<14} ", " " * 17))
     if cls.OUTPUTS:
         lines += ["", "further outputs (of Filter.run in Python)"]
         lines += [_wrap(doc, f"  {name:<14} ", " " * 17) for name, doc in cls.OUTPUTS.items()]

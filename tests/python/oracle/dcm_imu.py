@@ -7,6 +7,7 @@ import numpy as np
 from .gyro_integration import gyro_step
 from .kalman import (
     LARGEST_BIAS,
+    LARGEST_TURN,
     SAME_VERTICAL,
     SATURATION,
     Array,
@@ -24,8 +25,6 @@ from .kalman import (
 from .so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
 
 PREDICTIONS = ("exponential", "euler")
-#: Largest turn of a first-order step, rad.
-LARGEST_TURN = 10.0
 
 
 class DcmImu:

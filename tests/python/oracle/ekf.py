@@ -10,6 +10,7 @@ import numpy as np
 
 from .gyro_integration import INTEGRATIONS
 from .kalman import (
+    LARGEST_TURN,
     SAME_VERTICAL,
     SATURATION,
     Array,
@@ -160,7 +161,8 @@ class EKF:
             f[:4, 4:] = left(q) @ exp_derivative(h) * dt / 2
             self.x[:4] = f[:4, :4] @ q
         else:
-            f[:4, :4] = np.eye(4) + dt / 2 * right(np.array([0.0, *rate]))  # (18): I + Ts E(ω)
+            half = saturated(rate * dt / 2, LARGEST_TURN)
+            f[:4, :4] = np.eye(4) + right(np.array([0.0, *half]))  # (18): I + Ts E(ω)
             f[:4, 4:] = dt / 2 * xi_matrix(q)
             self.x[:4] = f[:4, :4] @ q
         self.p = f @ self.p @ f.T + dt * np.diag(self.w_diagonal)

@@ -25,6 +25,8 @@ UNKNOWN_ANGLE = math.pi**2 / 3
 INFLATION = 8 * float(np.finfo(np.float64).eps)
 #: Largest specific force that is used, and largest field relative to its reference: 16 times the expected.
 SATURATION = 16.0
+#: Largest turn of a first-order step (rad), of the matrix or half of it of the quaternion.
+LARGEST_TURN = 10.0
 #: Largest bias, in its initial standard deviations.
 LARGEST_BIAS = 20.0
 #: A new attitude whose vertical is off by less than this (rad) only turns about the vertical.

@@ -1,0 +1,42 @@
+"""Constructors that only one class has: ``make_class`` adds them, ``tools/stubs.py`` writes them into the stubs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from ahrs_rs._filter import Filter
+
+F = TypeVar("F", bound="Filter")
+
+
+def from_kalman_gain(cls: type[F], /, gain: float, *, rate: float, **keywords: Any) -> F:
+    """The filter that weighs the accelerometer as a Kalman filter of gain K1 does in its steady state.
+
+    Parikh et al. 2021 choose their weight so: α = 1 - K1, and the time constant is dt α/(1 - α) with dt = 1/rate.
+
+    Parameters
+    ----------
+    gain : K1 of the angle, between 0 and 1 (``LinearKalman``'s steady state, for example)
+    rate : sampling rate in Hz for which the gain holds
+    **keywords : those of the constructor, but ``tau``
+
+    Raises
+    ------
+    ValueError
+        for a gain that is not between 0 and 1, or a rate that is not positive.
+    """
+    try:
+        number = float(gain)
+    except (TypeError, ValueError):
+        raise ValueError(f"gain must be a number between 0 and 1, got {gain!r}") from None
+    if not 0.0 < number < 1.0:
+        raise ValueError(f"gain must be between 0 and 1, got {number!r}")
+    made = cls(rate=rate, **keywords)  # checks the rate
+    if made.rate is None:
+        raise ValueError("rate must be a number in Hz, got None")
+    return cls(rate=rate, tau=(1.0 - number) / number / made.rate, **keywords)
+
+
+#: Class methods by the name of the class.
+SPECIAL = {"Complementary": (from_kalman_gain,)}
