@@ -30,10 +30,10 @@ The references for these recordings: Madgwick with the paper's gradient 4.94 / 3
 2.52 at β = 0.08, with the tangent gradient 4.83 total at 0.08; Mahony 11.3 / 10.0 / 4.7 at kp = 0.74, ki = 0.0012. With
 the papers' first-order step they come out to the digit; the exponential map changes the third one.
 
-MEKF's defaults were chosen on these recordings. Its error is bounded by the vibrating phone (27), where the heading is 7°
-off, and on the others by the heading of the magnetometer. EKF estimates no bias and trusts the accelerometer as far as a
-robot arm allows, so that external acceleration tilts it and the field is then seen tilted. LinearKalman and DcmImu are
-6D: only their inclination can be compared, and DcmImu's is bounded by the fast translations (16, 18, 30), where the
+MEKF's defaults were chosen on these recordings. Its error is bounded by the vibrating phone (27), where the heading is
+7° off, and on the others by the heading of the magnetometer. EKF estimates no bias and trusts the accelerometer as far
+as a robot arm allows, so that external acceleration tilts it and the field is then seen tilted. LinearKalman and DcmImu
+are 6D: only their inclination can be compared, and DcmImu's is bounded by the fast translations (16, 18, 30), where the
 acceleration does not average out within its memory.
 """
 
