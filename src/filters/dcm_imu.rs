@@ -3,8 +3,9 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::kalman::{
-    ErrorState, LARGEST_BIAS, SATURATION, Square, block, cap, column, congruent, diagonal, inflate, new_vertical, plus,
-    product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3, zeros,
+    ErrorState, LARGEST_BIAS, LEVEL_COVARIANCE, SATURATION, Square, block, cap, column, congruent, diagonal, inflate,
+    new_vertical, plus, product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3,
+    zeros,
 };
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Real, Scalar};
@@ -36,11 +37,7 @@ pub const SPEC: FilterSpec = FilterSpec {
         ],
     }],
     outputs: &[
-        OutputSpec {
-            name: "covariance",
-            doc: "covariance of the attitude error in the sensor frame, rad²; π²/3 about the vertical",
-            shape: &[3, 3],
-        },
+        LEVEL_COVARIANCE,
         OutputSpec {
             name: "innovation",
             doc: "measured less predicted specific force, m/s²; NaN where there is no measurement",

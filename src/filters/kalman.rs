@@ -10,6 +10,7 @@ use core::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::filter::OutputSpec;
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Matrix3, Quat, Vec3};
 
@@ -39,6 +40,13 @@ pub const LARGEST_BIAS: f64 = 20.0;
 
 /// An attitude whose vertical is off by less than this many rad only turns about the vertical.
 const SAME_VERTICAL: f64 = 1e-4;
+
+/// The covariance that a filter without a magnetometer gives.
+pub const LEVEL_COVARIANCE: OutputSpec = OutputSpec {
+    name: "covariance",
+    doc: "covariance of the attitude error in the sensor frame, rad²; π²/3 about the vertical",
+    shape: &[3, 3],
+};
 
 /// Nothing in every entry.
 #[cfg_attr(not(debug_assertions), inline(always))]
@@ -270,14 +278,12 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
     /// last resort for variances that differ by more than the scalar's precision.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn mend(&mut self, start: impl FnOnce() -> Square<S, N>) {
+        // What is not a number beside the diagonal reaches it in the next prediction.
         let mut total = S::zero();
         let mut sound = S::Mask::splat(true);
         for j in 0..N {
-            total = total + self.x[j].abs();
+            total = total + (self.x[j].abs() + self.p[(j, j)]);
             sound = sound & S::zero().le(self.p[(j, j)]);
-            for i in 0..N {
-                total = total + self.p[(i, j)].abs();
-            }
         }
         let sound = sound & total.le(S::splat(S::Real::MAX));
         if !sound.all() {

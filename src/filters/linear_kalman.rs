@@ -4,8 +4,8 @@
 
 use super::Integration;
 use super::kalman::{
-    ErrorState, Square, UNKNOWN_ANGLE, cap, column, diagonal, inflate, new_vertical, put_rows, reported, select,
-    symmetric, zeros,
+    ErrorState, LEVEL_COVARIANCE, Square, UNKNOWN_ANGLE, cap, column, diagonal, inflate, new_vertical, put_rows,
+    reported, select, symmetric, zeros,
 };
 use super::trigonometric::{accelerometer_angles, integrated};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
@@ -33,11 +33,7 @@ pub const SPEC: FilterSpec = FilterSpec {
         ],
     }],
     outputs: &[
-        OutputSpec {
-            name: "covariance",
-            doc: "covariance of the attitude error in the sensor frame, rad²; π²/3 about the vertical",
-            shape: &[3, 3],
-        },
+        LEVEL_COVARIANCE,
         OutputSpec {
             name: "innovation",
             doc: "measured less predicted roll and pitch, rad; NaN where there is no measurement",
