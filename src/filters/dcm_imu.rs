@@ -2,10 +2,10 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
+use super::error_state::ErrorState;
 use super::kalman::{
-    ErrorState, LARGEST_BIAS, LEVEL_COVARIANCE, SATURATION, Square, block, cap, column, congruent, diagonal, inflate,
-    new_vertical, plus, product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3,
-    zeros,
+    LARGEST_BIAS, LEVEL_COVARIANCE, SATURATION, Square, block, cap, column, congruent, diagonal, inflate, new_vertical,
+    none, none3, plus, product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3,
 };
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Real, Scalar};
@@ -100,7 +100,6 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        let none = S::splat(S::Real::NAN);
         DcmImu {
             params: params.clone(),
             c3: Vec3::of([0.0, 0.0, 1.0]),
@@ -109,8 +108,8 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             roll: [S::one(), S::zero()],
             yaw: [S::one(), S::zero()],
             q: Quat::identity(),
-            innovation: Vec3::new(none, none, none),
-            nis: none,
+            innovation: none3(),
+            nis: none(),
         }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -134,9 +133,8 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
         let before = self.q;
         self.predict(sample.gyr - self.bias, dt);
 
-        let none = S::splat(S::Real::NAN);
-        self.innovation = Vec3::new(none, none, none);
-        self.nis = none;
+        self.innovation = none3();
+        self.nis = none();
         let valid = sample.acc.valid;
         if valid.any() {
             // Innovation (A.5), which is the external acceleration of (12) too; R of (11)
@@ -144,20 +142,15 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             let a = saturated(sample.acc.value, S::of(SATURATION) * g) - self.c3 * g;
             let std = self.params.acc_std;
             let variance = a.norm2().sqrt() * (self.params.acc_motion * self.params.acc_motion) + std * std;
-            let along_x = self.error.innovation::<0, 1>([g], a.x, variance); // (9)
-            let nis_x = self.error.correct(valid, &along_x);
-            let along_y = self.error.innovation::<1, 1>([g], a.y, variance);
-            let nis_y = self.error.correct(valid, &along_y);
-            let along_z = self.error.innovation::<2, 1>([g], a.z, variance);
-            let nis = nis_x + nis_y + self.error.correct(valid, &along_z); // (A.6)
+            let nis_x = self.error.measure::<0, 1>(valid, [g], a.x, variance); // (9), (A.6)
+            let nis_y = self.error.measure::<1, 1>(valid, [g], a.y, variance);
+            let nis = nis_x + nis_y + self.error.measure::<2, 1>(valid, [g], a.z, variance);
             let params = &self.params;
-            self.error.mend(|| initial_covariance(params));
-            self.c3 = self.c3 + vec3(&self.error.x, 0);
-            let largest = S::of(LARGEST_BIAS) * self.params.initial_bias;
-            self.bias = saturated(self.bias + vec3(&self.error.x, BIAS), largest);
-            self.error.x = zeros();
+            let x = self.error.take(|| initial_covariance(params));
+            self.c3 = self.c3 + vec3(&x, 0);
+            self.bias = saturated(self.bias + vec3(&x, BIAS), S::of(LARGEST_BIAS) * params.initial_bias);
             self.innovation = Vec3::select(valid, a, self.innovation);
-            self.nis = S::select(valid, nis, none);
+            self.nis = S::select(valid, nis, none());
         }
         self.project();
         self.turn(before, sample.gyr - self.bias, dt);

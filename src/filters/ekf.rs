@@ -5,15 +5,16 @@
 use nalgebra::SMatrix;
 
 use super::Integration;
+use super::error_state::ErrorState;
 use super::kalman::{
-    ErrorState, SATURATION, Square, block, cap, column, congruent, diagonal, inflate, new_vertical, plus, product,
-    put_rows, reported, saturated, select, set_block, sum3, symmetric, vec3, zeros,
+    SATURATION, Square, across, block, cap, column, congruent, diagonal, inflate, new_vertical, none, none3, plus,
+    product, put_rows, reported, saturated, select, set_block, sum3, symmetric, vec3, zeros,
 };
 use super::quaternions::{
     FIRST_ORDER, dot4, exponential, left, north_derivative, right, symmetric4, up_derivative, xi,
 };
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 
 /// The description.
@@ -142,7 +143,6 @@ impl<S: Scalar> Filter<S> for EKF<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        let none = S::splat(S::Real::NAN);
         let mut new = EKF {
             params: params.clone(),
             q: Quat::identity(),
@@ -152,8 +152,8 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             vertical: S::zero(),
             count: S::zero(),
             age: S::zero(),
-            innovation: [Vec3::new(none, none, none); 3],
-            nis: [none; 3],
+            innovation: [none3(); 3],
+            nis: [none(); 3],
         };
         new.error.p = start(params, new.q);
         new
@@ -195,17 +195,13 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         self.predict(moves, dt);
 
         // h and the innovations of all sensors at the predicted state, then (25)-(26) component after component
-        let none = S::splat(S::Real::NAN);
-        self.innovation = [Vec3::new(none, none, none); 3];
-        self.nis = [none; 3];
+        self.innovation = [none3(); 3];
+        self.nis = [none(); 3];
         if !input && moves.any() {
             let innovation = measured_rate - self.rate;
-            let about_x = self.error.innovation::<4, 1>([S::one()], innovation.x, v_gyr[0]);
-            let nis = self.error.correct(moves, &about_x);
-            let about_y = self.error.innovation::<5, 1>([S::one()], innovation.y, v_gyr[1]);
-            let nis = nis + self.error.correct(moves, &about_y);
-            let about_z = self.error.innovation::<6, 1>([S::one()], innovation.z, v_gyr[2]);
-            let nis = nis + self.error.correct(moves, &about_z);
+            let nis = self.error.measure::<4, 1>(moves, [S::one()], innovation.x, v_gyr[0]);
+            let nis = nis + self.error.measure::<5, 1>(moves, [S::one()], innovation.y, v_gyr[1]);
+            let nis = nis + self.error.measure::<6, 1>(moves, [S::one()], innovation.z, v_gyr[2]);
             self.report(0, moves, innovation, nis);
         }
         let valid = sample.acc.valid;
@@ -228,10 +224,8 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             let nis = correct_direction(&mut self.error, valid, &h, innovation, v_mag);
             self.report(2, valid, innovation, nis);
         }
-        let (params, q) = (&self.params, self.q.unit_or(Quat::identity()));
-        self.error.mend(|| start(params, q));
-        let x = self.error.x;
-        self.error.x = zeros();
+        let (params, q) = (&self.params, self.q);
+        let x = self.error.take(|| start(params, q.unit_or(Quat::identity())));
         let q = Quat::new(self.q.w + x[0], self.q.x + x[1], self.q.y + x[2], self.q.z + x[3]);
         self.q = q.unit_or(self.q);
         self.rate = saturated(self.rate + vec3(&x, RATE), S::of(LARGEST_RATE));
@@ -303,7 +297,7 @@ impl<S: Scalar> EKF<S> {
     }
 
     /// The reference field h̄ of (16) in east-north-up: the mean of the field over its first `reference_time`, turned to
-    /// north. What is up is said by the accelerometer (11)-(14), and by the attitude where there is none.
+    /// north. What is up is said by the accelerometer (11)-(14), and by the attitude where there is none().
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn refer(&mut self, lanes: S::Mask, sample: &Sample<S>, dt: S) {
         let known = S::zero().lt(self.count);
@@ -322,10 +316,9 @@ impl<S: Scalar> EKF<S> {
 
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn report(&mut self, sensor: usize, lanes: S::Mask, innovation: Vec3<S>, nis: S) {
-        let none = S::splat(S::Real::NAN);
         if let (Some(v), Some(n)) = (self.innovation.get_mut(sensor), self.nis.get_mut(sensor)) {
-            *v = Vec3::select(lanes, innovation, Vec3::new(none, none, none));
-            *n = S::select(lanes, nis, none);
+            *v = Vec3::select(lanes, innovation, none3());
+            *n = S::select(lanes, nis, none());
         }
     }
 }
@@ -342,11 +335,10 @@ fn start<S: Scalar>(params: &Params<S>, q: Quat<S>) -> Square<S, 7> {
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>, rate: &Square<S, 3>) -> Square<S, 7> {
     let up = column(q.matrix().z);
-    let level = symmetric(|i, j| if i == j { S::one() - up[i] * up[j] } else { -(up[i] * up[j]) });
     let given = params.initial_heading * params.initial_heading;
     let mean = (params.mag_variance_x + params.mag_variance_y + params.mag_variance_z) * S::of(4.0 / 3.0);
     let heading = S::select(S::zero().lt(params.initial_heading), given, mean);
-    let tilt = congruent(&level, inclination);
+    let tilt = congruent(&across(&up), inclination);
     let p = symmetric(|i, j| S::of(0.25) * (tilt[(i, j)] + heading * up[i] * up[j]));
     let xi = xi(q);
     let xi_p = product(&xi, &p);
@@ -376,15 +368,13 @@ fn correct_direction<S: Scalar>(
     variances: [S; 3],
 ) -> S {
     let row = |i: usize| [h[(i, 0)], h[(i, 1)], h[(i, 2)], h[(i, 3)]];
-    let along_x = error.innovation::<QUAT, 4>(row(0), innovation.x, variances[0]);
-    let nis = error.correct(lanes, &along_x);
-    let along_y = error.innovation::<QUAT, 4>(row(1), innovation.y, variances[1]);
-    let nis = nis + error.correct(lanes, &along_y);
-    let along_z = error.innovation::<QUAT, 4>(row(2), innovation.z, variances[2]);
-    nis + error.correct(lanes, &along_z)
+    let nis = error.measure::<QUAT, 4>(lanes, row(0), innovation.x, variances[0]);
+    let nis = nis + error.measure::<QUAT, 4>(lanes, row(1), innovation.y, variances[1]);
+    nis + error.measure::<QUAT, 4>(lanes, row(2), innovation.z, variances[2])
 }
 
-/// Up seen from the sensor, q* ⊗ v ⊗ q, is homogeneous of second degree in q: half of its derivative, here, times q.
+/// A direction v of the earth seen from the sensor, q* ⊗ v ⊗ q, is homogeneous of second degree in q: half of its derivative
+/// `h` times q.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn seen_by<S: Scalar>(h: &SMatrix<S, 3, 4>, q: Quat<S>) -> Vec3<S> {
     let q = [q.w, q.x, q.y, q.z].map(|c| S::of(0.5) * c);

@@ -1,6 +1,9 @@
 //! The earth's magnetic field as it is seen: a slow reference, and how far the field is from it.
 
+use super::error_state::ErrorState;
+use super::kalman::{SATURATION, saturated};
 use crate::scalar::Scalar;
+use crate::so3::Vec3;
 
 /// The time constant in s of the field's deviation.
 const FIELD_TIME: f64 = 0.25;
@@ -75,9 +78,28 @@ impl<S: Scalar> Field<S> {
         [(self.horizontal * over_norm).max(S::of(VERTICAL_FIELD)), self.vertical * over_norm]
     }
 
-    /// The norm of the reference.
+    /// Corrects by all three components of the field against the reference m = (0, north, up): −δ × m = [m×] δ, the error δ in
+    /// the earth frame being the first of the state. Gives the normalised innovation squared.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn norm(&self) -> S {
+    pub fn measure<const N: usize>(
+        &self,
+        error: &mut ErrorState<S, N>,
+        lanes: S::Mask,
+        field: Vec3<S>,
+        heading: S,
+        variance: S,
+    ) -> S {
+        let [north, up] = self.direction();
+        let norm = self.norm();
+        let field = saturated(field, S::of(SATURATION) * norm) * (S::one() / norm);
+        let variance = variance * north * north;
+        let nis = error.measure::<1, 2>(lanes, [-up, north], north * heading, variance);
+        let nis = nis + error.measure::<0, 1>(lanes, [up], field.y - north, variance);
+        nis + error.measure::<0, 1>(lanes, [-north], field.z - up, variance)
+    }
+
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn norm(&self) -> S {
         (self.horizontal * self.horizontal + self.vertical * self.vertical).sqrt()
     }
 }

@@ -1,12 +1,10 @@
-//! What the Kalman filters share: covariances, and the correction by one scalar measurement at a time.
-//!
-//! The measurement covariances are diagonal, so a vector is taken component after component: no inverse is needed,
-//! and the result is that of the whole vector. Products are written out over [`Scalar`]: lanes are no field for
+//! What the Kalman filters share: matrices and covariances. Products are written out over [`Scalar`]: lanes are no field for
 //! nalgebra, and its own products take other orders of summation with other features.
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use core::f64::consts::PI;
+use core::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
@@ -26,12 +24,6 @@ pub const UNKNOWN_ANGLE: f64 = PI * PI / 3.0;
 /// a step takes away, so that it stays positive definite in long runs at rest.
 const INFLATION: f64 = 8.0;
 
-/// The same for every correction.
-const ROUNDING: f64 = 4.0;
-
-/// Where a normalised innovation squared stops counting, so that sums of some are finite in `f32`.
-const LARGEST_NIS: f64 = 1e30;
-
 /// The largest specific force that is used, in g, and the largest field, in norms of its reference.
 pub const SATURATION: f64 = 16.0;
 
@@ -47,6 +39,18 @@ pub const LEVEL_COVARIANCE: OutputSpec = OutputSpec {
     doc: "covariance of the attitude error in the sensor frame, rad²; π²/3 about the vertical",
     shape: &[3, 3],
 };
+
+/// What stands in an output for a measurement that there is not.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn none<S: Scalar>() -> S {
+    S::splat(S::Real::NAN)
+}
+
+/// Three of them.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn none3<S: Scalar>() -> Vec3<S> {
+    Vec3::new(none(), none(), none())
+}
 
 /// Nothing in every entry.
 #[cfg_attr(not(debug_assertions), inline(always))]
@@ -170,146 +174,6 @@ pub fn saturated<S: Scalar>(v: Vec3<S>, limit: S) -> Vec3<S> {
     if long.any() { Vec3::select(long, v * (limit / norm2.sqrt()), v) } else { v }
 }
 
-/// The error of a state while measurements come in one after the other, and its covariance.
-#[derive(Clone, Debug)]
-pub struct ErrorState<S: Scalar, const N: usize> {
-    /// The correction of the state so far.
-    pub x: Column<S, N>,
-    /// The covariance of what is left.
-    pub p: Square<S, N>,
-}
-
-/// A scalar measurement seen from an error state.
-#[derive(Clone, Copy, Debug)]
-pub struct Innovation<S: Scalar, const N: usize> {
-    /// P hᵀ.
-    pub ph: Column<S, N>,
-    /// The innovation, less what is corrected already.
-    pub nu: S,
-    /// Its variance h P hᵀ + r.
-    pub s: S,
-}
-
-impl<S: Scalar, const N: usize> Innovation<S, N> {
-    /// The innovation squared over its variance.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn nis(&self) -> S {
-        (self.nu * (self.nu / self.s)).min(S::of(LARGEST_NIS))
-    }
-    /// P hᵀ/s.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn gain(&self) -> Column<S, N> {
-        let over_s = S::one() / self.s;
-        self.ph.map(|entry| entry * over_s)
-    }
-}
-
-impl<S: Scalar, const N: usize> ErrorState<S, N> {
-    /// Before any measurement.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn new(p: Square<S, N>) -> Self {
-        ErrorState { x: zeros(), p }
-    }
-
-    /// The measurement `z` = h x with variance `r`, h given by its entries from `START` on.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn innovation<const START: usize, const K: usize>(&self, h: [S; K], z: S, r: S) -> Innovation<S, N> {
-        let h = SVector::<S, K>::from(h);
-        let mut ph: Column<S, N> = SVector::from_fn(|i, _| self.p[(i, START)] * h[0]);
-        let mut predicted = h[0] * self.x[START];
-        for k in 1..K {
-            ph = SVector::from_fn(|i, _| ph[i] + self.p[(i, START + k)] * h[k]);
-            predicted = predicted + h[k] * self.x[START + k];
-        }
-        let mut s = h[0] * ph[START];
-        for k in 1..K {
-            s = s + h[k] * ph[START + k];
-        }
-        Innovation { ph, nu: z - predicted, s: s + r }
-    }
-
-    /// Corrects by an innovation where the mask is true, and gives its normalised square: x + v ν/s, P − v vᵀ/s with v = P hᵀ.
-    ///
-    /// With the optimal gain that is Joseph's form; every product is formed so that it is the same for (i, j) and (j, i),
-    /// and the diagonal grows by more than the typical rounding, so that P stays symmetric to the last bit and positive
-    /// definite. Nothing is corrected where the variance of the innovation is not a positive number.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn correct(&mut self, lanes: S::Mask, innovation: &Innovation<S, N>) -> S {
-        let Innovation { ph: v, nu, s } = innovation;
-        let over_s = S::one() / *s;
-        let nu_over_s = *nu * over_s;
-        self.update(lanes, *s, |i, j| (v[i] * v[j]) * over_s, |i| v[i] * nu_over_s);
-        (*nu * nu_over_s).min(S::of(LARGEST_NIS))
-    }
-
-    /// Corrects with any gain k, P − k vᵀ − v kᵀ + s k kᵀ (Joseph's form), as k aᵀ + a kᵀ with a = v − ½ s k.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn correct_by(&mut self, lanes: S::Mask, innovation: &Innovation<S, N>, k: &Column<S, N>) {
-        let Innovation { ph, nu, s } = innovation;
-        let half_s = S::of(0.5) * *s;
-        let a: Column<S, N> = ph.zip_map(k, |v, k| v - half_s * k);
-        self.update(lanes, *s, |i, j| k[i] * a[j] + a[i] * k[j], |i| k[i] * *nu);
-    }
-
-    /// Takes `loss` from the covariance and adds `step` to the correction where the mask is true and `s` a positive number.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn update(&mut self, lanes: S::Mask, s: S, loss: impl Fn(usize, usize) -> S, step: impl Fn(usize) -> S) {
-        let lanes = lanes & s.is_normal_norm2();
-        if !lanes.any() {
-            return;
-        }
-        let old = if lanes.all() { None } else { Some(self.clone()) };
-        let rounding = S::of(ROUNDING) * S::splat(S::Real::EPSILON);
-        for j in 0..N {
-            let spare = self.p[(j, j)] * rounding;
-            for i in 0..N {
-                self.p[(i, j)] = self.p[(i, j)] - loss(i, j);
-            }
-            self.p[(j, j)] = self.p[(j, j)] + spare;
-            self.x[j] = self.x[j] + step(j);
-        }
-        if let Some(old) = old {
-            self.p = select(lanes, &self.p, &old.p);
-            self.x = select(lanes, &self.x, &old.x);
-        }
-    }
-
-    /// Starts afresh, without a correction, where the numbers have left the range of the scalar or a variance is negative: a
-    /// last resort for variances that differ by more than the scalar's precision.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn mend(&mut self, start: impl FnOnce() -> Square<S, N>) {
-        // What is not a number beside the diagonal reaches it in the next prediction.
-        let mut total = S::zero();
-        let mut sound = S::Mask::splat(true);
-        for j in 0..N {
-            total = total + (self.x[j].abs() + self.p[(j, j)]);
-            sound = sound & S::zero().le(self.p[(j, j)]);
-        }
-        let sound = sound & total.le(S::splat(S::Real::MAX));
-        if !sound.all() {
-            self.p = select(sound, &self.p, &start());
-            self.x = select(sound, &self.x, &zeros());
-        }
-    }
-
-    /// Changes the covariance where the mask is true.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn predict(&mut self, lanes: S::Mask, change: impl FnOnce(&mut Square<S, N>)) {
-        if lanes.all() {
-            change(&mut self.p);
-        } else if lanes.any() {
-            let old = self.p;
-            change(&mut self.p);
-            self.p = select(lanes, &self.p, &old);
-        }
-    }
-
-    /// Calls `visit` for each variable: the covariance, as the correction is taken over at the end of every step.
-    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
-        self.p.iter_mut().for_each(visit);
-    }
-}
-
 /// The covariance with its diagonal grown by more than the rounding of a step.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn inflate<S: Scalar, const N: usize>(p: &mut Square<S, N>) {
@@ -319,25 +183,32 @@ pub fn inflate<S: Scalar, const N: usize>(p: &mut Square<S, N>) {
     }
 }
 
-/// Brings variances down to a cap, those of one index after the other: rows and columns are scaled, so that
-/// correlations stay.
+/// Brings each variance down to its cap.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn cap<S: Scalar, const N: usize>(p: &mut Square<S, N>, caps: impl Fn(usize) -> S) {
     for i in 0..N {
-        let variance = p[(i, i)];
-        let over = caps(i).lt(variance);
-        if over.any() {
-            scale(p, i, S::select(over, (caps(i) / variance).sqrt(), S::one()));
-        }
+        cap_group(p, i..i + 1, caps(i));
     }
 }
 
-/// Scales row and column `i`.
+/// Brings the mean variance of a group of indices down to a cap: their rows and columns are scaled, so that correlations
+/// stay. Unlike each variance the mean does not depend on the choice of axes.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn scale<S: Scalar, const N: usize>(p: &mut Square<S, N>, i: usize, factor: S) {
-    for j in 0..N {
-        p[(i, j)] = p[(i, j)] * factor;
-        p[(j, i)] = p[(j, i)] * factor;
+pub fn cap_group<S: Scalar, const N: usize>(p: &mut Square<S, N>, group: Range<usize>, cap: S) {
+    let mut sum = p[(group.start, group.start)];
+    for i in group.start + 1..group.end {
+        sum = sum + p[(i, i)];
+    }
+    let mean = sum * S::of(1.0 / group.len() as f64);
+    let over = cap.lt(mean);
+    if over.any() {
+        let factor = S::select(over, (cap / mean).sqrt(), S::one());
+        for i in group {
+            for j in 0..N {
+                p[(i, j)] = p[(i, j)] * factor;
+                p[(j, i)] = p[(j, i)] * factor;
+            }
+        }
     }
 }
 
@@ -347,6 +218,12 @@ pub fn new_vertical<S: Scalar>(old: Quat<S>, new: Quat<S>) -> S::Mask {
     S::of(SAME_VERTICAL * SAME_VERTICAL).lt((new.matrix().z - old.matrix().z).norm2())
 }
 
+/// I − u uᵀ: what is across the unit vector u.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn across<S: Scalar>(u: &Column<S, 3>) -> Square<S, 3> {
+    symmetric(|i, j| if i == j { S::one() - u[i] * u[j] } else { -(u[i] * u[j]) })
+}
+
 /// The attitude's covariance (sensor frame, rad²) as it is reported: where the heading is not known, or its variance is
 /// beyond that of an unknown angle, the error about the vertical `up` counts as uniform and as independent of the
 /// inclination's.
@@ -354,8 +231,7 @@ pub fn reported<S: Scalar>(p: &Square<S, 3>, up: Vec3<S>, heading_known: S::Mask
     let u = column(up);
     let about_up = sum3(|i| u[i] * sum3(|j| p[(i, j)] * u[j]));
     let known = heading_known & about_up.le(S::of(UNKNOWN_ANGLE));
-    let level = symmetric(|i, j| if i == j { S::one() - u[i] * u[j] } else { -(u[i] * u[j]) });
-    let inclination = congruent(&level, p);
+    let inclination = congruent(&across(&u), p);
     let unknown = symmetric(|i, j| inclination[(i, j)] + S::of(UNKNOWN_ANGLE) * u[i] * u[j]);
     select(known, p, &unknown)
 }

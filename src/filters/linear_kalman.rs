@@ -3,13 +3,14 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Integration;
+use super::error_state::ErrorState;
 use super::kalman::{
-    ErrorState, LEVEL_COVARIANCE, Square, UNKNOWN_ANGLE, cap, column, diagonal, inflate, new_vertical, put_rows,
-    reported, select, symmetric, zeros,
+    LEVEL_COVARIANCE, Square, UNKNOWN_ANGLE, cap, column, diagonal, inflate, new_vertical, none, put_rows, reported,
+    select, symmetric,
 };
 use super::trigonometric::{accelerometer_angles, integrated};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Euler, Quat, Vec3, rotate_by};
 use crate::trig::{sin_cos, wrap};
 
@@ -170,8 +171,7 @@ struct Axis<S: Scalar> {
 
 impl<S: Scalar> Axis<S> {
     fn new(params: &Params<S>) -> Self {
-        let none = S::splat(S::Real::NAN);
-        Axis { bias: S::zero(), error: ErrorState::new(initial_covariance(params)), innovation: none, nis: none }
+        Axis { bias: S::zero(), error: ErrorState::new(initial_covariance(params)), innovation: none(), nis: none() }
     }
 
     /// P = Φ P Φᵀ + Q with Φ = [1, −slope dt; 0, 1] (Parikh eq. 1; Table I, "project into k+1").
@@ -193,17 +193,14 @@ impl<S: Scalar> Axis<S> {
     /// Table I with H = [1, 0] (Parikh eq. 2); corrects the bias and gives the correction of the angle.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn correct(&mut self, params: &Params<S>, lanes: S::Mask, innovation: S) -> S {
-        let none = S::splat(S::Real::NAN);
-        self.innovation = S::select(lanes, innovation, none);
-        self.nis = none;
+        self.innovation = S::select(lanes, innovation, none());
+        self.nis = none();
         if !lanes.any() {
             return S::zero();
         }
-        let seen = self.error.innovation::<0, 1>([S::one()], innovation, params.angle_variance);
-        self.nis = S::select(lanes, self.error.correct(lanes, &seen), none);
-        self.error.mend(|| initial_covariance(params));
-        let x = self.error.x;
-        self.error.x = zeros();
+        let nis = self.error.measure::<0, 1>(lanes, [S::one()], innovation, params.angle_variance);
+        self.nis = S::select(lanes, nis, none());
+        let x = self.error.take(|| initial_covariance(params));
         self.bias = self.bias + x[1];
         x[0]
     }

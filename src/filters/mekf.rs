@@ -2,14 +2,15 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
+use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
-    ErrorState, LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, congruent, diagonal, inflate, new_vertical,
-    product, put_rows, reported, rows, saturated, scale, select, set_block, sum3, symmetric, vec3, zeros,
+    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, inflate, new_vertical,
+    none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3, symmetric, vec3,
 };
-use super::rest::{LONGEST_WAIT, Rest, Thresholds};
+use super::rest::{LONGEST_TIME, LONGEST_WAIT, Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Matrix3, Quat, Vec3, exp_half, rotate_by};
 use crate::trig::{atan2, wrap};
 
@@ -106,8 +107,6 @@ const FIELD_GATE: f64 = 3.0;
 const LARGEST_INFLATION: f64 = 100.0;
 /// The factor from which on a sample counts as rejected.
 const REJECTING_INFLATION: f64 = 4.0;
-/// Where the time of rejection stops counting, in s.
-const LONGEST_TIME: f64 = 1e6;
 
 /// An error-state Kalman filter of attitude and gyroscope bias.
 ///
@@ -139,7 +138,7 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        let (zero, none) = (S::zero(), S::splat(S::Real::NAN));
+        let zero = S::zero();
         MEKF {
             params: params.clone(),
             q: Quat::identity(),
@@ -152,8 +151,8 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
             rest: Rest::new(),
             headed: zero,
             flags: Flags::none(),
-            innovation: Vec3::new(none, none, none),
-            nis: [none; 2],
+            innovation: none3(),
+            nis: [none(); 2],
         }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -179,9 +178,8 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
-        let none = S::splat(S::Real::NAN);
-        self.innovation = Vec3::new(none, none, none);
-        self.nis = [none; 2];
+        self.innovation = none3();
+        self.nis = [none(); 2];
         self.flags = Flags::none();
         let r = self.predict(sample.gyr, dt);
         let longest = S::of(LONGEST_INTERVAL);
@@ -268,10 +266,9 @@ impl<S: Scalar> MEKF<S> {
                 p[(i, i)] = p[(i, i)] + if i < BIAS { gyr_noise } else { bias_noise };
             }
             inflate(p);
-            // Not one by one: the mean of a group does not depend on the axes.
-            limit::<S, 0, 2>(p, S::of(UNKNOWN_ANGLE));
-            limit::<S, TURN, 1>(p, S::of(UNKNOWN_ANGLE));
-            limit::<S, BIAS, 3>(p, bias);
+            cap_group(p, 0..2, S::of(UNKNOWN_ANGLE));
+            cap_group(p, TURN..TURN + 1, S::of(UNKNOWN_ANGLE));
+            cap_group(p, BIAS..BIAS + 3, bias);
         });
         r
     }
@@ -301,10 +298,8 @@ impl<S: Scalar> MEKF<S> {
         let lanes = lanes & S::zero().lt(interval);
         if lanes.any() {
             let variance = density2 * (over_g * over_g / interval);
-            let about_east = self.error.innovation::<0, 1>([S::one()], east, variance);
-            let nis = self.error.correct(lanes, &about_east);
-            let about_north = self.error.innovation::<1, 1>([S::one()], north, variance);
-            let nis = nis + self.error.correct(lanes, &about_north);
+            let nis = self.error.measure::<0, 1>(lanes, [S::one()], east, variance);
+            let nis = nis + self.error.measure::<1, 1>(lanes, [S::one()], north, variance);
             self.nis[0] = S::select(lanes, nis, self.nis[0]);
         }
     }
@@ -352,7 +347,7 @@ impl<S: Scalar> MEKF<S> {
         let window = if whole { self.field.age } else { params.mag_window };
         self.field.learn(lanes, recovering & strange, [horizontal, vertical], interval, window);
         if whole {
-            let nis = use_vector(&mut self.error, lanes, field, heading, variance, &self.field);
+            let nis = self.field.measure(&mut self.error, lanes, field, heading, variance);
             self.nis[1] = S::select(lanes, nis, self.nis[1]);
         } else {
             // The gain of the inclination is zero (Schmidt): the magnetometer turns only heading and bias.
@@ -371,12 +366,9 @@ impl<S: Scalar> MEKF<S> {
         if lanes.any() {
             let variance = params.rest_noise * params.rest_noise / dt;
             let z = gyr - self.bias;
-            let about_x = self.error.innovation::<3, 1>([S::one()], z.x, variance);
-            self.error.correct(lanes, &about_x);
-            let about_y = self.error.innovation::<4, 1>([S::one()], z.y, variance);
-            self.error.correct(lanes, &about_y);
-            let about_z = self.error.innovation::<5, 1>([S::one()], z.z, variance);
-            self.error.correct(lanes, &about_z);
+            self.error.measure::<3, 1>(lanes, [S::one()], z.x, variance);
+            self.error.measure::<4, 1>(lanes, [S::one()], z.y, variance);
+            self.error.measure::<5, 1>(lanes, [S::one()], z.z, variance);
         }
     }
 
@@ -384,9 +376,7 @@ impl<S: Scalar> MEKF<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn inject(&mut self) {
         let params = &self.params;
-        self.error.mend(|| diagonal(|i| initial_variance(params, i)));
-        let x = self.error.x;
-        self.error.x = zeros();
+        let x = self.error.take(|| diagonal(|i| initial_variance(params, i)));
         let (half, o) = (S::of(0.5), S::zero());
         let tilt = exp_half(Vec3::new(x[0] * half, x[1] * half, o));
         let turn = exp_half(Vec3::new(o, o, x[TURN] * half));
@@ -397,29 +387,6 @@ impl<S: Scalar> MEKF<S> {
         let g = Square::<S, 3>::from([[cos, sin, -(x[1] * half)], [-sin, cos, x[0] * half], [o, o, S::one()]]);
         reset(&mut self.error.p, &g);
     }
-}
-
-/// All three components of the field against its reference m = (0, north, up): −δ × m = [m×] δ. Gives the normalised
-/// innovation squared.
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn use_vector<S: Scalar>(
-    error: &mut ErrorState<S, 6>,
-    lanes: S::Mask,
-    field: Vec3<S>,
-    heading: S,
-    variance: S,
-    reference: &Field<S>,
-) -> S {
-    let [north, up] = reference.direction();
-    let norm = reference.norm();
-    let field = saturated(field, S::of(SATURATION) * norm) * (S::one() / norm);
-    let variance = variance * north * north;
-    let east = error.innovation::<1, 2>([-up, north], north * heading, variance);
-    let nis = error.correct(lanes, &east);
-    let along_north = error.innovation::<0, 1>([up], field.y - north, variance);
-    let nis = nis + error.correct(lanes, &along_north);
-    let along_up = error.innovation::<0, 1>([-north], field.z - up, variance);
-    nis + error.correct(lanes, &along_up)
 }
 
 /// The variances at the start.
@@ -440,21 +407,4 @@ fn reset<S: Scalar>(p: &mut Square<S, 6>, g: &Square<S, 3>) {
     let cross = product(g, &block::<_, 0, BIAS, 3, 3, 6>(p));
     set_block::<_, 0, 0, 3, 3, 6>(p, &attitude);
     set_block::<_, 0, BIAS, 3, 3, 6>(p, &cross);
-}
-
-/// Brings the mean variance of `N` indices from `START` on down to a cap: their rows and columns are scaled.
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn limit<S: Scalar, const START: usize, const N: usize>(p: &mut Square<S, 6>, cap: S) {
-    let mut sum = p[(START, START)];
-    for i in START + 1..START + N {
-        sum = sum + p[(i, i)];
-    }
-    let mean = sum * S::of(1.0 / N as f64);
-    let over = cap.lt(mean);
-    if over.any() {
-        let factor = S::select(over, (cap / mean).sqrt(), S::one());
-        for i in START..START + N {
-            scale(p, i, factor);
-        }
-    }
 }

@@ -7,8 +7,8 @@ use crate::so3::Vec3;
 const TIME_CONSTANT: f64 = 0.5;
 /// The longest time in s that a detector waits for the accelerometer.
 pub const LONGEST_WAIT: f64 = 0.1;
-/// Where the time at rest stops counting, in s.
-const LONGEST_TIME: f64 = 1e6;
+/// Where a time that something lasts stops counting, in s.
+pub const LONGEST_TIME: f64 = 1e6;
 
 /// How far measurements may be from their low-pass filtered values, and for how long, to count as rest.
 #[derive(Clone, Copy, Debug)]
