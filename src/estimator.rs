@@ -164,10 +164,8 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn angular_rate(&mut self, reading: &Reading<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
         let half_dt = S::of(0.5) * dt;
-        let range = S::of(S::Real::ANGLE_RANGE);
-        let turns = |norm2: S| norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range);
         let gyr = reading.gyr;
-        let valid = turns(reading.gyr_norm2);
+        let valid = can_turn(reading.gyr_norm2, half_dt);
         flags.gyr_held = !valid;
         let last = self.rate;
         let linear = self.settings.gyr_hold == GyrHold::Linear;
@@ -181,7 +179,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             rate = Vec3::select(self.started, (last + rate) * S::of(0.5), rate);
         }
         // What is too large for this step is left out of it, and kept for the next one.
-        let turned = turns(rate.norm2());
+        let turned = can_turn(rate.norm2(), half_dt);
         flags.gyr_held = flags.gyr_held | !turned;
         Vec3::select(turned, rate, Vec3::zero())
     }
@@ -266,6 +264,13 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             *flag = S::of(0.5).lt(number);
         }
     }
+}
+
+/// Where an angular rate of this squared norm is a number, and half its turn an angle that has a sine.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn can_turn<S: Scalar>(norm2: S, half_dt: S) -> S::Mask {
+    let range = S::of(S::Real::ANGLE_RANGE);
+    norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range)
 }
 
 /// The measurement of a sensor that may not be there, whether it was ever given, and whether it is missing now.

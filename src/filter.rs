@@ -1,7 +1,5 @@
 //! What a filter is: its description, its input, its state and its step.
 
-use core::ops::BitOr;
-
 use crate::params::{ParamSet, ParamSpec};
 use crate::reading::Measured;
 use crate::scalar::{Mask, Scalar};
@@ -135,19 +133,22 @@ impl<M: Mask> Flags<M> {
     /// The bits of one lane.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn bits(&self, lane: usize) -> u8 {
-        [
-            self.acc_missing,
-            self.mag_missing,
-            self.gyr_held,
-            self.acc_rejected,
-            self.mag_rejected,
-            self.rest,
-            self.not_aligned,
-            self.recovering,
-        ]
-        .iter()
-        .rev()
-        .fold(0, |bits, flag| (bits << 1).bitor(u8::from(flag.lane(lane))))
+        let low = u8::from(self.acc_missing.lane(lane))
+            | u8::from(self.mag_missing.lane(lane)) << 1
+            | u8::from(self.gyr_held.lane(lane)) << 2
+            | u8::from(self.acc_rejected.lane(lane)) << 3;
+        let high = u8::from(self.mag_rejected.lane(lane))
+            | u8::from(self.rest.lane(lane)) << 1
+            | u8::from(self.not_aligned.lane(lane)) << 2
+            | u8::from(self.recovering.lane(lane)) << 3;
+        low | high << 4
+    }
+
+    /// Where any bit is set.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn any(&self) -> M {
+        let missing = self.acc_missing | self.mag_missing | self.gyr_held | self.not_aligned;
+        missing | self.acc_rejected | self.mag_rejected | self.rest | self.recovering
     }
 }
 

@@ -12,15 +12,24 @@ use crate::scalar::{Real, Scalar};
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn polynomial<S: Scalar>(x: S, pairs: &[(f64, f64)]) -> S {
     let x2 = x * x;
-    let pair = |&(even, odd): &(f64, f64)| S::of(even) + S::of(odd) * x;
-    match pairs {
+    match *pairs {
         // Up to three pairs side by side.
-        [low, middle, high] => (pair(low) + x2 * pair(middle)) + (x2 * x2) * pair(high),
-        [low, rest @ ..] if !rest.is_empty() => {
-            rest.iter().rev().fold(S::zero(), |sum, next| sum * x2 + pair(next)) * x2 + pair(low)
+        [low, middle, high] => (pair(x, low) + x2 * pair(x, middle)) + (x2 * x2) * pair(x, high),
+        [low, ref rest @ ..] => {
+            let mut sum = S::zero();
+            for &next in rest.iter().rev() {
+                sum = sum * x2 + pair(x, next);
+            }
+            if rest.is_empty() { pair(x, low) } else { sum * x2 + pair(x, low) }
         }
-        _ => pairs.first().map_or(S::zero(), pair),
+        [] => S::zero(),
     }
+}
+
+/// Two neighbouring terms of a polynomial.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn pair<S: Scalar>(x: S, (even, odd): (f64, f64)) -> S {
+    S::of(even) + S::of(odd) * x
 }
 
 /// (sin x)/x and cos x from x², for |x| ≤ π/4.

@@ -4,12 +4,13 @@
 
 use super::error_state::ErrorState;
 use super::kalman::{
-    LARGEST_BIAS, LEVEL_COVARIANCE, SATURATION, Square, block, cap, column, congruent, diagonal, inflate, new_vertical,
-    none, none3, plus, product, put_rows, reported, rows, saturated, select, set_block, skew, sum3, symmetric, vec3,
+    LARGEST_BIAS, LEVEL_COVARIANCE, SATURATION, Square, block, cap, column, congruent, diagonal, filled, inflate,
+    new_vertical, none, none3, plus, product, put_rows, reported, rows, saturated, select, set_block, skew, sum3,
+    symmetric, transposed, vec3,
 };
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Real, Scalar};
-use crate::so3::{Euler, Quat, Vec3, exp_half, half_angle};
+use crate::so3::{Euler, Matrix3, Quat, Vec3, exp_half, half_angle};
 use crate::trig::sin_cos;
 
 /// The description.
@@ -180,7 +181,7 @@ impl<S: Scalar> DcmImu<S> {
     /// Covariance of the attitude error in the sensor frame in rad², from δC3 = [C3×] δθ.
     pub fn covariance(&self) -> Square<S, 3> {
         let p = block::<_, 0, 0, 3, 3, 6>(&self.error.p);
-        reported(&congruent(&skew(self.c3).transpose(), &p), self.c3, S::Mask::splat(false))
+        reported(&congruent(&transposed(&skew(self.c3)), &p), self.c3, S::Mask::splat(false))
     }
 
     /// (A.3) and (A.4): the state turns by −u dt, u the rate without its bias.
@@ -191,31 +192,18 @@ impl<S: Scalar> DcmImu<S> {
             Prediction::Exponential => rows(exp_half(u * (S::of(-0.5) * dt)).matrix()),
             Prediction::Euler => {
                 let turn = skew(saturated(u * dt, S::of(LARGEST_TURN)));
-                Square::<S, 3>::from_fn(|i, j| if i == j { S::one() } else { -turn[(i, j)] })
+                filled(|i, j| if i == j { S::one() } else { -turn[(i, j)] })
             }
         };
-        let by_bias = skew(self.c3).map(|entry| -(entry * dt));
+        let c3 = skew(self.c3);
+        let by_bias: Square<S, 3> = filled(|i, j| -(c3[(i, j)] * dt));
         self.c3 = vec3(&product(&turn, &column(self.c3)), 0);
 
-        let (q_c, q_b) = (self.params.dcm_process * dt, self.params.bias_process * dt); // (10)
-        let bias = self.params.initial_bias * self.params.initial_bias * S::of(4.0);
-        self.error.predict(S::zero().lt(dt), |p| {
-            let a = block::<_, 0, 0, 3, 3, 6>(p);
-            let b = block::<_, 0, BIAS, 3, 3, 6>(p);
-            let d = block::<_, BIAS, BIAS, 3, 3, 6>(p);
-            let left = plus(&product(&turn, &a), &product(&by_bias, &b.transpose()));
-            let right = plus(&product(&turn, &b), &product(&by_bias, &d));
-            let turned =
-                symmetric(|i, j| sum3(|k| left[(i, k)] * turn[(j, k)]) + sum3(|k| right[(i, k)] * by_bias[(j, k)]));
-            set_block::<_, 0, 0, 3, 3, 6>(p, &turned);
-            set_block::<_, 0, BIAS, 3, 3, 6>(p, &right);
-            for i in 0..6 {
-                // No more than the cap: a long gap is beyond the range of `f32`.
-                p[(i, i)] = p[(i, i)] + if i < BIAS { (q_c * q_c).min(S::one()) } else { (q_b * q_b).min(bias) };
-            }
-            inflate(p);
-            cap(p, |i| if i < BIAS { S::one() } else { bias });
-        });
+        let moves = S::zero().lt(dt);
+        if moves.any() {
+            let p = predicted(&self.params, &self.error.p, &turn, &by_bias, dt);
+            self.error.set_covariance(moves, &p);
+        }
     }
 
     /// (A.7)-(A.8): C3 of unit length again, and P ← J P Jᵀ with J = (I − n nᵀ)/d at the state of length d.
@@ -228,7 +216,8 @@ impl<S: Scalar> DcmImu<S> {
         let n = column(Vec3::select(usable, self.c3 * over_d, self.q.matrix().z));
         let p = &mut self.error.p;
         let (a, b) = (block::<_, 0, 0, 3, 3, 6>(p), block::<_, 0, BIAS, 3, 3, 6>(p));
-        let (na, nb) = (product(&n.transpose(), &a), product(&n.transpose(), &b));
+        let across = transposed(&n);
+        let (na, nb) = (product(&across, &a), product(&across, &b));
         let twice = sum3(|k| n[k] * na[k]);
         let over_d2 = over_d * over_d;
         // Along n nothing is left: room there for the rounding of what is taken away.
@@ -236,7 +225,7 @@ impl<S: Scalar> DcmImu<S> {
         let twice = twice + room;
         let across = symmetric(|i, j| (a[(i, j)] - (n[i] * na[j] + na[i] * n[j]) + n[i] * n[j] * twice) * over_d2);
         set_block::<_, 0, 0, 3, 3, 6>(p, &across);
-        set_block::<_, 0, BIAS, 3, 3, 6>(p, &Square::<S, 3>::from_fn(|i, j| (b[(i, j)] - n[i] * nb[j]) * over_d));
+        set_block::<_, 0, BIAS, 3, 3, 6>(p, &filled::<_, 3, 3>(|i, j| (b[(i, j)] - n[i] * nb[j]) * over_d));
         self.c3 = vec3(&n, 0);
     }
 
@@ -250,9 +239,8 @@ impl<S: Scalar> DcmImu<S> {
                 (r.x.x, r.y.x)
             }
             Prediction::Euler => {
-                let r = before.matrix();
-                let turned = |row: Vec3<S>| row.x + dt * (row.y * rate.z - row.z * rate.y);
-                (turned(r.x), turned(r.y))
+                let Matrix3 { x, y, .. } = before.matrix();
+                (x.x + dt * (x.y * rate.z - x.z * rate.y), y.x + dt * (y.y * rate.z - y.z * rate.y))
             }
         };
         // Attitude of C3 (14) and the yaw, each angle by its half
@@ -283,6 +271,35 @@ fn half_of<S: Scalar>(angle: S) -> [S; 2] {
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn chosen<S: Scalar>(lanes: S::Mask, [yes_cos, yes_sin]: [S; 2], [no_cos, no_sin]: [S; 2]) -> [S; 2] {
     [S::select(lanes, yes_cos, no_cos), S::select(lanes, yes_sin, no_sin)]
+}
+
+/// P⁻ = F P Fᵀ + Q with F = [turn, by_bias; 0, I].
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn predicted<S: Scalar>(
+    params: &Params<S>,
+    p: &Square<S, 6>,
+    turn: &Square<S, 3>,
+    by_bias: &Square<S, 3>,
+    dt: S,
+) -> Square<S, 6> {
+    let (q_c, q_b) = (params.dcm_process * dt, params.bias_process * dt); // (10)
+    let bias = params.initial_bias * params.initial_bias * S::of(4.0);
+    let a = block::<_, 0, 0, 3, 3, 6>(p);
+    let b = block::<_, 0, BIAS, 3, 3, 6>(p);
+    let d = block::<_, BIAS, BIAS, 3, 3, 6>(p);
+    let left = plus(&product(turn, &a), &product(by_bias, &transposed(&b)));
+    let right = plus(&product(turn, &b), &product(by_bias, &d));
+    let turned = symmetric(|i, j| sum3(|k| left[(i, k)] * turn[(j, k)]) + sum3(|k| right[(i, k)] * by_bias[(j, k)]));
+    let mut p = *p;
+    set_block::<_, 0, 0, 3, 3, 6>(&mut p, &turned);
+    set_block::<_, 0, BIAS, 3, 3, 6>(&mut p, &right);
+    for i in 0..6 {
+        // No more than the cap: a long gap is beyond the range of `f32`.
+        p[(i, i)] = p[(i, i)] + if i < BIAS { (q_c * q_c).min(S::one()) } else { (q_b * q_b).min(bias) };
+    }
+    inflate(&mut p);
+    cap(&mut p, |i| if i < BIAS { S::one() } else { bias });
+    p
 }
 
 /// The covariance at the start.

@@ -7,11 +7,11 @@ use nalgebra::SMatrix;
 use super::Integration;
 use super::error_state::ErrorState;
 use super::kalman::{
-    SATURATION, Square, across, block, cap, column, congruent, diagonal, inflate, new_vertical, none, none3, plus,
-    product, put_rows, reported, saturated, select, set_block, sum3, symmetric, vec3, zeros,
+    SATURATION, Square, across, block, cap, column, congruent, diagonal, filled, inflate, new_vertical, none, none3,
+    plus, product, put_rows, reported, saturated, select, set_block, sum3, symmetric, transposed, vec3, zeros,
 };
 use super::quaternions::{
-    FIRST_ORDER, dot4, exponential, left, north_derivative, right, symmetric4, up_derivative, xi,
+    dot4, exponential, first_order, left, north_derivative, right, symmetric4, up_derivative, xi,
 };
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Scalar};
@@ -184,7 +184,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         let input = params.gyroscope == Gyroscope::Input;
         if input {
             let v = column(Vec3::new(v_gyr[0], v_gyr[1], v_gyr[2]));
-            let certain = Square::<S, 7>::from_fn(|i, j| match (i < RATE, j < RATE) {
+            let certain = filled(|i, j| match (i < RATE, j < RATE) {
                 (true, true) => self.error.p[(i, j)],
                 _ if i == j => v[i - RATE],
                 _ => S::zero(),
@@ -219,7 +219,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             let (north, up) = (self.horizontal / norm, self.vertical / norm);
             let z = saturated(sample.mag.value * (S::one() / norm), S::of(SATURATION));
             let (up_seen, north_seen) = (up_derivative(self.q), north_derivative(self.q));
-            let h = up_seen.zip_map(&north_seen, |u, n| u * up + n * north); // (16)
+            let h = filled(|i, j| up_seen[(i, j)] * up + north_seen[(i, j)] * north); // (16)
             let innovation = z - seen_by(&h, self.q);
             let nis = correct_direction(&mut self.error, valid, &h, innovation, v_mag);
             self.report(2, valid, innovation, nis);
@@ -271,28 +271,16 @@ impl<S: Scalar> EKF<S> {
             Integration::Exponential => exponential(half_turn),
             Integration::FirstOrder => {
                 let turn = saturated(half_turn, S::of(LARGEST_TURN));
-                (Quat::from_parts(S::one(), turn), FIRST_ORDER.map(|row| row.map(S::of)))
+                (Quat::from_parts(S::one(), turn), first_order())
             }
         };
         let e = right(turn);
-        let g = product(&left(self.q), &SMatrix::<S, 4, 3>::from(by_rate)).map(|entry| entry * half_dt);
-        let (w_quat, w_rate) = (self.params.quat_process * dt, self.params.rate_process * dt);
-        self.error.predict(moves, |p| {
-            let a = block::<_, QUAT, QUAT, 4, 4, 7>(p);
-            let b = block::<_, QUAT, RATE, 4, 3, 7>(p);
-            let d = block::<_, RATE, RATE, 3, 3, 7>(p);
-            let left = plus(&product(&e, &a), &product(&g, &b.transpose()));
-            let right = plus(&product(&e, &b), &product(&g, &d));
-            let turned = symmetric4(|i, j| dot4(|k| left[(i, k)] * e[(j, k)]) + sum3(|k| right[(i, k)] * g[(j, k)]));
-            set_block::<_, QUAT, QUAT, 4, 4, 7>(p, &turned);
-            set_block::<_, QUAT, RATE, 4, 3, 7>(p, &right);
-            for i in 0..7 {
-                p[(i, i)] = p[(i, i)] + if i < RATE { w_quat } else { w_rate };
-            }
-            inflate(p);
-            let [quat, rate] = LARGEST_VARIANCES;
-            cap(p, |i| S::of(if i < RATE { quat } else { rate }));
-        });
+        let turned = product(&left(self.q), &SMatrix::<S, 4, 3>::from(by_rate));
+        let g: SMatrix<S, 4, 3> = filled(|i, j| turned[(i, j)] * half_dt);
+        if moves.any() {
+            let p = predicted(&self.params, &self.error.p, &e, &g, dt);
+            self.error.set_covariance(moves, &p);
+        }
         self.q = Quat::select(moves, self.q * turn, self.q);
     }
 
@@ -307,9 +295,10 @@ impl<S: Scalar> EKF<S> {
             let mag = sample.mag.value;
             let up = Vec3::select(sample.acc.valid, sample.acc.unit, self.q.unit_or(Quat::identity()).matrix().z);
             let count = self.count + S::one();
-            let mean = |old: S, new: S| S::select(taken, old + (new - old) / count, old);
-            self.horizontal = mean(self.horizontal, mag.cross(up).norm2().sqrt());
-            self.vertical = mean(self.vertical, mag.dot(up));
+            let measured = [mag.cross(up).norm2().sqrt(), mag.dot(up)];
+            for (mean, new) in [&mut self.horizontal, &mut self.vertical].into_iter().zip(measured) {
+                *mean = S::select(taken, *mean + (new - *mean) / count, *mean);
+            }
             self.count = S::select(taken, count, self.count);
         }
     }
@@ -321,6 +310,36 @@ impl<S: Scalar> EKF<S> {
             *n = S::select(lanes, nis, none());
         }
     }
+}
+
+/// P⁻ = F P Fᵀ + W (24) with F = [E, G; 0, I].
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn predicted<S: Scalar>(
+    params: &Params<S>,
+    p: &Square<S, 7>,
+    e: &Square<S, 4>,
+    g: &SMatrix<S, 4, 3>,
+    dt: S,
+) -> Square<S, 7> {
+    let (w_quat, w_rate) = (params.quat_process * dt, params.rate_process * dt);
+    let a = block::<_, QUAT, QUAT, 4, 4, 7>(p);
+    let b = block::<_, QUAT, RATE, 4, 3, 7>(p);
+    let d = block::<_, RATE, RATE, 3, 3, 7>(p);
+    let left = plus(&product(e, &a), &product(g, &transposed(&b)));
+    let right = plus(&product(e, &b), &product(g, &d));
+    let by_turn = symmetric4(|i, j| dot4(|k| left[(i, k)] * e[(j, k)]));
+    let by_rate = symmetric4(|i, j| sum3(|k| right[(i, k)] * g[(j, k)]));
+    let turned = plus(&by_turn, &by_rate);
+    let mut p = *p;
+    set_block::<_, QUAT, QUAT, 4, 4, 7>(&mut p, &turned);
+    set_block::<_, QUAT, RATE, 4, 3, 7>(&mut p, &right);
+    for i in 0..7 {
+        p[(i, i)] = p[(i, i)] + if i < RATE { w_quat } else { w_rate };
+    }
+    inflate(&mut p);
+    let [quat, rate] = LARGEST_VARIANCES;
+    cap(&mut p, |i| S::of(if i < RATE { quat } else { rate }));
+    p
 }
 
 /// The covariance at the start.
@@ -343,7 +362,7 @@ fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>
     let xi = xi(q);
     let xi_p = product(&xi, &p);
     let p = symmetric4(|i, j| sum3(|k| xi_p[(i, k)] * xi[(j, k)]));
-    Square::<S, 7>::from_fn(|i, j| match (i < RATE, j < RATE) {
+    filled(|i, j| match (i < RATE, j < RATE) {
         (true, true) => p[(i, j)],
         (false, false) => rate[(i - RATE, j - RATE)],
         _ => S::zero(),
@@ -377,7 +396,7 @@ fn correct_direction<S: Scalar>(
 /// `h` times q.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn seen_by<S: Scalar>(h: &SMatrix<S, 3, 4>, q: Quat<S>) -> Vec3<S> {
-    let q = [q.w, q.x, q.y, q.z].map(|c| S::of(0.5) * c);
-    let seen = product(h, &SMatrix::<S, 4, 1>::from(q));
+    let Quat { w, x, y, z } = q.scale(S::of(0.5));
+    let seen = product(h, &SMatrix::<S, 4, 1>::from([w, x, y, z]));
     vec3(&seen, 0)
 }

@@ -5,9 +5,7 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
-use nalgebra::SVector;
-
-use super::kalman::{Column, Square, select, zeros};
+use super::kalman::{Column, Square, filled, select, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 
 /// How much of the old diagonal is added in every correction, in epsilons of the scalar: more than the typical rounding.
@@ -46,7 +44,7 @@ impl<S: Scalar, const N: usize> Innovation<S, N> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn gain(&self) -> Column<S, N> {
         let over_s = S::one() / self.s;
-        self.ph.map(|entry| entry * over_s)
+        filled(|i, _| self.ph[i] * over_s)
     }
 }
 
@@ -60,16 +58,15 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
     /// The measurement `z` = h x with variance `r`, h given by its entries from `START` on.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn innovation<const START: usize, const K: usize>(&self, h: [S; K], z: S, r: S) -> Innovation<S, N> {
-        let h = SVector::<S, K>::from(h);
-        let mut ph: Column<S, N> = SVector::from_fn(|i, _| self.p[(i, START)] * h[0]);
+        let mut ph: Column<S, N> = filled(|i, _| self.p[(i, START)] * h[0]);
         let mut predicted = h[0] * self.x[START];
-        for k in 1..K {
-            ph = SVector::from_fn(|i, _| ph[i] + self.p[(i, START + k)] * h[k]);
-            predicted = predicted + h[k] * self.x[START + k];
+        for (k, &h) in h.iter().enumerate().skip(1) {
+            ph = filled(|i, _| ph[i] + self.p[(i, START + k)] * h);
+            predicted = predicted + h * self.x[START + k];
         }
         let mut s = h[0] * ph[START];
-        for k in 1..K {
-            s = s + h[k] * ph[START + k];
+        for (k, &h) in h.iter().enumerate().skip(1) {
+            s = s + h * ph[START + k];
         }
         Innovation { ph, nu: z - predicted, s: s + r }
     }
@@ -101,7 +98,7 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
     pub fn correct_by(&mut self, lanes: S::Mask, innovation: &Innovation<S, N>, k: &Column<S, N>) {
         let Innovation { ph, nu, s } = innovation;
         let half_s = S::of(0.5) * *s;
-        let a: Column<S, N> = ph.zip_map(k, |v, k| v - half_s * k);
+        let a: Column<S, N> = filled(|i, _| ph[i] - half_s * k[i]);
         self.update(lanes, *s, |i, j| k[i] * a[j] + a[i] * k[j], |i| k[i] * *nu);
     }
 
@@ -149,16 +146,10 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
         select(sound, &x, &zeros())
     }
 
-    /// Changes the covariance where the mask is true.
+    /// Takes over a covariance where the mask is true.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn predict(&mut self, lanes: S::Mask, change: impl FnOnce(&mut Square<S, N>)) {
-        if lanes.all() {
-            change(&mut self.p);
-        } else if lanes.any() {
-            let old = self.p;
-            change(&mut self.p);
-            self.p = select(lanes, &self.p, &old);
-        }
+    pub fn set_covariance(&mut self, lanes: S::Mask, p: &Square<S, N>) {
+        self.p = select(lanes, p, &self.p);
     }
 
     /// Calls `visit` for each variable: the covariance, as the correction is taken over at the end of every step.

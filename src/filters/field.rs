@@ -66,9 +66,9 @@ impl<S: Scalar> Field<S> {
         let [horizontal, vertical] = measured;
         // As a weighted sum: a reference that is larger by many powers of ten leaves the new field, not zero.
         let rest = S::one() - weight;
-        let learnt = |old: S, new: S| S::select(lanes, S::select(replaced, new, rest * old + weight * new), old);
-        self.horizontal = learnt(self.horizontal, horizontal);
-        self.vertical = learnt(self.vertical, vertical);
+        for (old, new) in [(&mut self.horizontal, horizontal), (&mut self.vertical, vertical)] {
+            *old = S::select(lanes, S::select(replaced, new, rest * *old + weight * new), *old);
+        }
     }
 
     /// North and up of the reference's direction; north at least as much as gives a heading.

@@ -52,29 +52,58 @@ pub fn none3<S: Scalar>() -> Vec3<S> {
     Vec3::new(none(), none(), none())
 }
 
+/// A matrix from its entries. Written out, as all that follows, with one place where the entry is computed: what is not
+/// inlined there is not compiled for the vector registers of the lanes, and is slower by an order of magnitude.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn filled<S: Scalar, const R: usize, const C: usize>(entry: impl Fn(usize, usize) -> S) -> SMatrix<S, R, C> {
+    let mut columns = [[S::zero(); R]; C];
+    for (j, column) in columns.iter_mut().enumerate() {
+        for (i, place) in column.iter_mut().enumerate() {
+            *place = entry(i, j);
+        }
+    }
+    SMatrix::from(columns)
+}
+
+/// The transpose.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn transposed<S: Scalar, const R: usize, const C: usize>(a: &SMatrix<S, R, C>) -> SMatrix<S, C, R> {
+    filled(|i, j| a[(j, i)])
+}
+
 /// Nothing in every entry.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn zeros<S: Scalar, const R: usize, const C: usize>() -> SMatrix<S, R, C> {
-    SMatrix::from_fn(|_, _| S::zero())
+    SMatrix::from([[S::zero(); R]; C])
 }
 
 /// A diagonal matrix.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn diagonal<S: Scalar, const N: usize>(entry: impl Fn(usize) -> S) -> Square<S, N> {
-    SMatrix::from_fn(|i, j| if i == j { entry(i) } else { S::zero() })
+    filled(|i, j| if i == j { entry(i) } else { S::zero() })
 }
 
 /// A symmetric matrix from its upper triangle.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn symmetric<S: Scalar>(upper: impl Fn(usize, usize) -> S) -> Square<S, 3> {
-    let (xy, xz, yz) = (upper(0, 1), upper(0, 2), upper(1, 2));
-    SMatrix::from([[upper(0, 0), xy, xz], [xy, upper(1, 1), yz], [xz, yz, upper(2, 2)]])
+    const PLACES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+    let mut entries = [S::zero(); 6];
+    for (entry, (i, j)) in entries.iter_mut().zip(PLACES) {
+        *entry = upper(i, j);
+    }
+    let [xx, xy, xz, yy, yz, zz] = entries;
+    SMatrix::from([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 }
 
 /// The sum of three terms.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sum3<S: Scalar>(term: impl Fn(usize) -> S) -> S {
-    (term(0) + term(1)) + term(2)
+    let mut terms = [S::zero(); 3];
+    for (k, place) in terms.iter_mut().enumerate() {
+        *place = term(k);
+    }
+    let [a, b, c] = terms;
+    (a + b) + c
 }
 
 /// A B.
@@ -83,7 +112,7 @@ pub fn product<S: Scalar, const R: usize, const K: usize, const C: usize>(
     a: &SMatrix<S, R, K>,
     b: &SMatrix<S, K, C>,
 ) -> SMatrix<S, R, C> {
-    SMatrix::from_fn(|i, j| {
+    filled(|i, j| {
         let mut sum = a[(i, 0)] * b[(0, j)];
         for k in 1..K {
             sum = sum + a[(i, k)] * b[(k, j)];
@@ -95,7 +124,7 @@ pub fn product<S: Scalar, const R: usize, const K: usize, const C: usize>(
 /// A + B.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn plus<S: Scalar, const R: usize, const C: usize>(a: &SMatrix<S, R, C>, b: &SMatrix<S, R, C>) -> SMatrix<S, R, C> {
-    a.zip_map(b, |a, b| a + b)
+    filled(|i, j| a[(i, j)] + b[(i, j)])
 }
 
 /// A P Aᵀ, symmetric as P is.
@@ -110,7 +139,7 @@ pub fn congruent<S: Scalar>(a: &Square<S, 3>, p: &Square<S, 3>) -> Square<S, 3> 
 pub fn block<S: Scalar, const I: usize, const J: usize, const R: usize, const C: usize, const N: usize>(
     p: &Square<S, N>,
 ) -> SMatrix<S, R, C> {
-    SMatrix::from_fn(|i, j| p[(I + i, J + j)])
+    filled(|i, j| p[(I + i, J + j)])
 }
 
 /// Writes a block above the diagonal, and its transpose below.
@@ -137,7 +166,7 @@ pub fn select<S: Scalar, const R: usize, const C: usize>(
     if mask.all() {
         return *yes;
     }
-    SMatrix::from_fn(|i, j| S::select(mask, yes[(i, j)], no[(i, j)]))
+    filled(|i, j| S::select(mask, yes[(i, j)], no[(i, j)]))
 }
 
 /// The three components as a column.
@@ -155,8 +184,7 @@ pub fn vec3<S: Scalar, const N: usize>(c: &Column<S, N>, start: usize) -> Vec3<S
 /// A rotation matrix of the mathematics of rotations as one of nalgebra.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn rows<S: Scalar>(r: Matrix3<S>) -> Square<S, 3> {
-    let (x, y, z) = (column(r.x), column(r.y), column(r.z));
-    SMatrix::from_fn(|i, j| [x, y, z].get(i).map_or(S::zero(), |row| row[j]))
+    SMatrix::from([[r.x.x, r.y.x, r.z.x], [r.x.y, r.y.y, r.z.y], [r.x.z, r.y.z, r.z.z]])
 }
 
 /// [v×], the matrix with [v×] w = v × w.

@@ -178,16 +178,16 @@ impl<S: Scalar> Axis<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn predict(&mut self, params: &Params<S>, slope: S, dt: S) {
         let turn = -(slope * dt);
-        self.error.predict(S::zero().lt(dt), |p| {
-            let (angle, cross, bias) = (p[(0, 0)], p[(0, 1)], p[(1, 1)]);
-            let turned = cross + turn * bias;
-            *p = Square::<S, 2>::from([
-                [angle + turn * (cross + turned) + params.angle_process * dt, turned],
-                [turned, bias + params.bias_process * dt],
-            ]);
-            inflate(p);
-            cap(p, |i| S::of(if i == 0 { UNKNOWN_ANGLE } else { LARGEST_BIAS_VARIANCE }));
-        });
+        let p = &self.error.p;
+        let (angle, cross, bias) = (p[(0, 0)], p[(0, 1)], p[(1, 1)]);
+        let turned = cross + turn * bias;
+        let mut p = Square::<S, 2>::from([
+            [angle + turn * (cross + turned) + params.angle_process * dt, turned],
+            [turned, bias + params.bias_process * dt],
+        ]);
+        inflate(&mut p);
+        cap(&mut p, |i| S::of(if i == 0 { UNKNOWN_ANGLE } else { LARGEST_BIAS_VARIANCE }));
+        self.error.set_covariance(S::zero().lt(dt), &p);
     }
 
     /// Table I with H = [1, 0] (Parikh eq. 2); corrects the bias and gives the correction of the angle.

@@ -5,8 +5,9 @@
 use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
-    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, inflate, new_vertical,
-    none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3, symmetric, vec3,
+    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, filled, inflate,
+    new_vertical, none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3, symmetric,
+    transposed, vec3,
 };
 use super::rest::{LONGEST_TIME, LONGEST_WAIT, Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
@@ -164,15 +165,9 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         let mut turned = self.error.p;
-        reset(&mut turned, &product(&rows(q.matrix()), &rows(self.q.matrix()).transpose()));
-        let afresh = |first: usize| {
-            Square::<S, 6>::from_fn(|i, j| match (i, j) {
-                _ if (i < first || i > TURN) && (j < first || j > TURN) => turned[(i, j)],
-                _ if i == j => initial_variance(&self.params, i),
-                _ => S::zero(),
-            })
-        };
-        let p = select(new_vertical(self.q, q), &afresh(0), &afresh(TURN));
+        reset(&mut turned, &product(&rows(q.matrix()), &transposed(&rows(self.q.matrix()))));
+        let (everything, turn) = (afresh(&self.params, &turned, 0), afresh(&self.params, &turned, TURN));
+        let p = select(new_vertical(self.q, q), &everything, &turn);
         self.error.p = select(lanes, &p, &self.error.p);
         self.q = Quat::select(lanes, q, self.q);
     }
@@ -237,7 +232,7 @@ impl<S: Scalar> MEKF<S> {
     pub fn covariance(&self) -> Square<S, 3> {
         let r = self.q.matrix();
         let p = block::<_, 0, 0, 3, 3, 6>(&self.error.p);
-        reported(&congruent(&rows(r).transpose(), &p), r.z, S::zero().lt(self.headed))
+        reported(&congruent(&transposed(&rows(r)), &p), r.z, S::zero().lt(self.headed))
     }
 
     /// Attitude and covariance after dt; gives the new rotation matrix. dδ/dt = −R (b − b̂), by the trapezoidal rule.
@@ -247,29 +242,14 @@ impl<S: Scalar> MEKF<S> {
         self.q = rotate_by(self.q, gyr - self.bias, dt);
         let r = self.q.matrix();
         let half_dt = S::of(0.5) * dt;
-        let turn = rows(r).zip_map(&before, |after, before| (after + before) * half_dt);
+        let after = rows(r);
+        let turn: Square<S, 3> = filled(|i, j| (after[(i, j)] + before[(i, j)]) * half_dt);
 
-        let gyr_noise = self.params.gyr_noise * self.params.gyr_noise * dt;
-        let bias_noise = self.params.bias_noise * self.params.bias_noise * dt;
-        let bias = self.params.initial_bias * self.params.initial_bias;
-        self.error.predict(S::zero().lt(dt), |p| {
-            // F = [I, −turn; 0, I]
-            let (a, b) = (block::<_, 0, 0, 3, 3, 6>(p), block::<_, 0, BIAS, 3, 3, 6>(p));
-            let lost = product(&turn, &block::<_, BIAS, BIAS, 3, 3, 6>(p));
-            let cross = b.zip_map(&lost, |b, lost| b - lost);
-            let attitude = symmetric(|i, j| {
-                a[(i, j)] - sum3(|k| turn[(i, k)] * b[(j, k)]) - sum3(|k| cross[(i, k)] * turn[(j, k)])
-            });
-            set_block::<_, 0, 0, 3, 3, 6>(p, &attitude);
-            set_block::<_, 0, BIAS, 3, 3, 6>(p, &cross);
-            for i in 0..6 {
-                p[(i, i)] = p[(i, i)] + if i < BIAS { gyr_noise } else { bias_noise };
-            }
-            inflate(p);
-            cap_group(p, 0..2, S::of(UNKNOWN_ANGLE));
-            cap_group(p, TURN..TURN + 1, S::of(UNKNOWN_ANGLE));
-            cap_group(p, BIAS..BIAS + 3, bias);
-        });
+        let moves = S::zero().lt(dt);
+        if moves.any() {
+            let p = predicted(&self.params, &self.error.p, &turn, dt);
+            self.error.set_covariance(moves, &p);
+        }
         r
     }
 
@@ -398,6 +378,40 @@ fn initial_variance<S: Scalar>(params: &Params<S>, i: usize) -> S {
         _ => params.initial_bias,
     };
     deviation * deviation
+}
+
+/// The covariance `p` with the attitude's errors from `first` on as at the start.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn afresh<S: Scalar>(params: &Params<S>, p: &Square<S, 6>, first: usize) -> Square<S, 6> {
+    filled(|i, j| match (i, j) {
+        _ if (i < first || i > TURN) && (j < first || j > TURN) => p[(i, j)],
+        _ if i == j => initial_variance(params, i),
+        _ => S::zero(),
+    })
+}
+
+/// The covariance after dt: F P Fᵀ and the noise of the step, with F = [I, −turn; 0, I].
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn predicted<S: Scalar>(params: &Params<S>, p: &Square<S, 6>, turn: &Square<S, 3>, dt: S) -> Square<S, 6> {
+    let gyr_noise = params.gyr_noise * params.gyr_noise * dt;
+    let bias_noise = params.bias_noise * params.bias_noise * dt;
+    let bias = params.initial_bias * params.initial_bias;
+    let (a, b) = (block::<_, 0, 0, 3, 3, 6>(p), block::<_, 0, BIAS, 3, 3, 6>(p));
+    let lost = product(turn, &block::<_, BIAS, BIAS, 3, 3, 6>(p));
+    let cross: Square<S, 3> = filled(|i, j| b[(i, j)] - lost[(i, j)]);
+    let attitude =
+        symmetric(|i, j| a[(i, j)] - sum3(|k| turn[(i, k)] * b[(j, k)]) - sum3(|k| cross[(i, k)] * turn[(j, k)]));
+    let mut p = *p;
+    set_block::<_, 0, 0, 3, 3, 6>(&mut p, &attitude);
+    set_block::<_, 0, BIAS, 3, 3, 6>(&mut p, &cross);
+    for i in 0..6 {
+        p[(i, i)] = p[(i, i)] + if i < BIAS { gyr_noise } else { bias_noise };
+    }
+    inflate(&mut p);
+    cap_group(&mut p, 0..2, S::of(UNKNOWN_ANGLE));
+    cap_group(&mut p, TURN..TURN + 1, S::of(UNKNOWN_ANGLE));
+    cap_group(&mut p, BIAS..BIAS + 3, bias);
+    p
 }
 
 /// The covariance after the attitude's error has become g times it.

@@ -90,7 +90,16 @@ pub(super) fn accelerometer_angles<S: Scalar>(a: Vec3<S>, last: Euler<S>) -> (Eu
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn integrated<S: Scalar>(e: Euler<S>, rate: Vec3<S>, dt: S) -> Euler<S> {
     let rates = euler_rates(e, rate);
+    Euler {
+        roll: gone_on(e.roll, rates.roll * dt),
+        pitch: gone_on(e.pitch, rates.pitch * dt),
+        yaw: gone_on(e.yaw, rates.yaw * dt),
+    }
+}
+
+/// An angle after a change, which counts for no more than an angle's range.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn gone_on<S: Scalar>(angle: S, change: S) -> S {
     let limit = S::of(PI) * S::of(S::Real::ANGLE_RANGE);
-    let go = |angle: S, rate: S| wrap(angle + (rate * dt).max(-limit).min(limit));
-    Euler { roll: go(e.roll, rates.roll), pitch: go(e.pitch, rates.pitch), yaw: go(e.yaw, rates.yaw) }
+    wrap(angle + change.max(-limit).min(limit))
 }
