@@ -1,146 +1,125 @@
 //! Several independent numbers computed side by side, one per recording or parameter set.
+//!
+//! While one waits for its last result the processor works on the other, and it may compute both in one instruction.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Mask, Scalar};
 
-/// `N` numbers in lanes; every operation acts on each lane alone, so a lane has the bits that the scalar would have.
+/// Two scalars beside each other: twice the lanes. Every operation acts on each lane alone, so a lane has the bits that the
+/// scalar would have.
+///
+/// Written out, and four lanes as pairs of pairs: arrays and a loop in every operation took the compiler minutes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(transparent)]
-pub struct Lanes<T, const N: usize>(pub [T; N]);
+pub struct Pair<S>(pub S, pub S);
 
-/// `N` outcomes of a comparison of [`Lanes`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(transparent)]
-pub struct LaneMask<const N: usize>(pub [bool; N]);
-
-/// `f(a, b)` in each lane. A plain loop: iterators compile to the same code, but take the compiler minutes.
-#[allow(clippy::indexing_slicing, reason = "the index is below N, the length of all three arrays")]
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn zip<A: Copy, B: Copy, R: Copy, const N: usize>(a: [A; N], b: [B; N], fill: R, f: impl Fn(A, B) -> R) -> [R; N] {
-    let mut out = [fill; N];
-    let mut lane = 0;
-    while lane < N {
-        out[lane] = f(a[lane], b[lane]);
-        lane += 1;
-    }
-    out
-}
-
-macro_rules! lane_operator {
-    ($($trait:ident $method:ident $op:tt),*) => {$(
-        impl<T: Real, const N: usize> $trait for Lanes<T, N> {
+macro_rules! both {
+    ($($trait:ident $method:ident),*) => {$(
+        impl<S: $trait<Output = S>> $trait for Pair<S> {
             type Output = Self;
             #[cfg_attr(not(debug_assertions), inline(always))]
             fn $method(self, other: Self) -> Self {
-                Lanes(zip(self.0, other.0, T::zero(), |a, b| a $op b))
+                Pair(self.0.$method(other.0), self.1.$method(other.1))
             }
         }
     )*};
 }
-lane_operator!(Add add +, Sub sub -, Mul mul *, Div div /);
+both!(Add add, Sub sub, Mul mul, Div div);
 
-impl<T: Real, const N: usize> Neg for Lanes<T, N> {
+impl<S: Neg<Output = S>> Neg for Pair<S> {
     type Output = Self;
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn neg(self) -> Self {
-        Lanes(zip(self.0, self.0, T::zero(), |a, _| -a))
+        Pair(-self.0, -self.1)
     }
 }
 
-impl<const N: usize> BitAnd for LaneMask<N> {
-    type Output = Self;
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn bitand(self, other: Self) -> Self {
-        LaneMask(zip(self.0, other.0, false, |a, b| a & b))
-    }
-}
-
-impl<const N: usize> BitOr for LaneMask<N> {
-    type Output = Self;
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn bitor(self, other: Self) -> Self {
-        LaneMask(zip(self.0, other.0, false, |a, b| a | b))
-    }
-}
-
-impl<const N: usize> Not for LaneMask<N> {
-    type Output = Self;
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn not(self) -> Self {
-        LaneMask(zip(self.0, self.0, false, |a, _| !a))
-    }
-}
-
-impl<const N: usize> Mask for LaneMask<N> {
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn splat(value: bool) -> Self {
-        LaneMask([value; N])
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn all(self) -> bool {
-        self.0.iter().fold(true, |all, &lane| all & lane)
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn any(self) -> bool {
-        self.0.iter().fold(false, |any, &lane| any | lane)
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn lane(self, index: usize) -> bool {
-        self.0.get(index).is_some_and(|&lane| lane)
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn set_lane(&mut self, index: usize, value: bool) {
-        if let Some(lane) = self.0.get_mut(index) {
-            *lane = value;
-        }
-    }
-}
-
-impl<T: Real, const N: usize> Scalar for Lanes<T, N> {
-    type Real = T;
-    type Mask = LaneMask<N>;
-    const LANES: usize = N;
+impl<S: Scalar> Scalar for Pair<S> {
+    type Real = S::Real;
+    type Mask = PairMask<S>;
+    const LANES: usize = 2 * S::LANES;
 
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn splat(value: T) -> Self {
-        Lanes([value; N])
+    fn splat(value: S::Real) -> Self {
+        Pair(S::splat(value), S::splat(value))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn lane(self, index: usize) -> T {
-        self.0.get(index).copied().unwrap_or(T::from_f64(f64::NAN))
+    fn lane(self, index: usize) -> S::Real {
+        if index < S::LANES { self.0.lane(index) } else { self.1.lane(index - S::LANES) }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn set_lane(&mut self, index: usize, value: T) {
-        if let Some(lane) = self.0.get_mut(index) {
-            *lane = value;
-        }
+    fn set_lane(&mut self, index: usize, value: S::Real) {
+        if index < S::LANES { self.0.set_lane(index, value) } else { self.1.set_lane(index - S::LANES, value) }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn sqrt(self) -> Self {
-        Lanes(zip(self.0, self.0, T::zero(), |a, _| a.sqrt()))
+        Pair(self.0.sqrt(), self.1.sqrt())
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn abs(self) -> Self {
-        Lanes(zip(self.0, self.0, T::zero(), |a, _| a.abs()))
+        Pair(self.0.abs(), self.1.abs())
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn lt(self, other: Self) -> LaneMask<N> {
-        LaneMask(zip(self.0, other.0, false, T::lt))
+    fn lt(self, other: Self) -> PairMask<S> {
+        PairMask(self.0.lt(other.0), self.1.lt(other.1))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn le(self, other: Self) -> LaneMask<N> {
-        LaneMask(zip(self.0, other.0, false, T::le))
+    fn le(self, other: Self) -> PairMask<S> {
+        PairMask(self.0.le(other.0), self.1.le(other.1))
     }
-    #[allow(clippy::indexing_slicing, reason = "the index is below N, the length of all arrays")]
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
-        let mut out = no.0;
-        let mut lane = 0;
-        while lane < N {
-            out[lane] = T::select(mask.0[lane], yes.0[lane], no.0[lane]);
-            lane += 1;
-        }
-        Lanes(out)
+    fn select(mask: PairMask<S>, yes: Self, no: Self) -> Self {
+        Pair(S::select(mask.0, yes.0, no.0), S::select(mask.1, yes.1, no.1))
+    }
+}
+
+/// The outcomes of comparing pairs.
+#[derive(Clone, Copy, Debug)]
+pub struct PairMask<S: Scalar>(pub S::Mask, pub S::Mask);
+
+impl<S: Scalar> BitAnd for PairMask<S> {
+    type Output = Self;
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn bitand(self, other: Self) -> Self {
+        PairMask(self.0 & other.0, self.1 & other.1)
+    }
+}
+
+impl<S: Scalar> BitOr for PairMask<S> {
+    type Output = Self;
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn bitor(self, other: Self) -> Self {
+        PairMask(self.0 | other.0, self.1 | other.1)
+    }
+}
+
+impl<S: Scalar> Not for PairMask<S> {
+    type Output = Self;
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn not(self) -> Self {
+        PairMask(!self.0, !self.1)
+    }
+}
+
+impl<S: Scalar> Mask for PairMask<S> {
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn splat(value: bool) -> Self {
+        PairMask(S::Mask::splat(value), S::Mask::splat(value))
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn all(self) -> bool {
+        (self.0 & self.1).all()
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn any(self) -> bool {
+        (self.0 | self.1).any()
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn lane(self, index: usize) -> bool {
+        if index < S::LANES { self.0.lane(index) } else { self.1.lane(index - S::LANES) }
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn set_lane(&mut self, index: usize, value: bool) {
+        if index < S::LANES { self.0.set_lane(index, value) } else { self.1.set_lane(index - S::LANES, value) }
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! # One source
 //!
-//! Every filter is written once over [`Scalar`] and runs on `f32`, `f64` and [`Lanes`] of independent recordings, with
+//! Every filter is written once over [`Scalar`] and runs on `f32`, `f64` and [`Pair`]s of independent recordings, with
 //! the same bits in each. Nothing allocates, nothing panics, and apart from the (exact) square root no function of the
 //! platform is used: see [`trig`].
 //!
@@ -60,7 +60,7 @@ pub mod trig;
 
 pub use estimator::{Estimator, GyrHold, Output, Settings};
 pub use filter::{Filter, FilterSpec, Flags, Sample};
-pub use lanes::{LaneMask, Lanes};
+pub use lanes::{Pair, PairMask};
 pub use reading::{Measured, Reading};
 pub use scalar::{Mask, Real, Scalar};
 pub use so3::{Euler, Frame, Quat, Vec3};

@@ -1,4 +1,4 @@
-//! What a filter computes with: `f32`, `f64`, or [`Lanes`](crate::Lanes) of either.
+//! What a filter computes with: `f32`, `f64`, or [`Pair`](crate::Pair)s of either, or of vector registers.
 //!
 //! Everything above this trait is written once. Comparisons give masks and choices are made by `select`, so the same
 //! source runs on one value and on many side by side with the same bits. There is no fused multiply-add: its result

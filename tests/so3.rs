@@ -28,6 +28,8 @@ mod random;
 #[path = "so3/special.rs"]
 mod special;
 
+use ahrs_rs::Pair;
+
 /// Makes a test of each law that runs it for every kind of scalar.
 macro_rules! laws {
     ($($module:ident :: $law:ident),+ $(,)?) => {$(
@@ -35,11 +37,9 @@ macro_rules! laws {
         fn $law() {
             $module::$law::<f32>();
             $module::$law::<f64>();
-            $module::$law::<ahrs_rs::Lanes<f64, 3>>();
-            $module::$law::<ahrs_rs::Lanes<f64, 4>>();
-            $module::$law::<ahrs_rs::Lanes<f64, 8>>();
-            $module::$law::<ahrs_rs::Lanes<f32, 8>>();
-            $module::$law::<ahrs_rs::Lanes<f32, 16>>();
+            $module::$law::<Pair<f64>>();
+            $module::$law::<Pair<Pair<f64>>>();
+            $module::$law::<Pair<Pair<f32>>>();
         }
     )+};
 }

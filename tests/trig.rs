@@ -17,7 +17,7 @@ mod random;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use ahrs_rs::trig::{atan2, sin_cos, wrap};
-use ahrs_rs::{Lanes, Real, Scalar};
+use ahrs_rs::{Pair, Real, Scalar};
 use double_double::{DoubleDouble, ulps};
 use random::Random;
 
@@ -322,9 +322,10 @@ fn lanes_have_the_bits_of_the_scalar() {
     let mut random = Random(9);
     for _ in 0..5_000 {
         let mut number = || if random.chance(0.1) { f64::from_bits(random.bits()) } else { random.spread(-9.0, 7.0) };
-        let (a, b) = ([number(), number(), number()], [number(), number(), number()]);
-        let (sin, cos) = sin_cos(Lanes(a));
-        let (angle, wrapped) = (atan2(Lanes(a), Lanes(b)), wrap(Lanes(a)));
+        let (a, b) = ([number(), number()], [number(), number()]);
+        let (x, y) = (Pair(b[0], b[1]), Pair(a[0], a[1]));
+        let (sin, cos) = sin_cos(y);
+        let (angle, wrapped) = (atan2(y, x), wrap(y));
         for (lane, (&a, &b)) in a.iter().zip(&b).enumerate() {
             let (scalar_sin, scalar_cos) = sin_cos(a);
             let pairs = [(sin, scalar_sin), (cos, scalar_cos), (angle, atan2(a, b)), (wrapped, wrap(a))];

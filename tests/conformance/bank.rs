@@ -3,7 +3,7 @@
 //! Numbers of `f32` are exact in `f64`, so comparing the bits of what a bank gives compares the bits of its lanes.
 
 use ahrs_rs::params::{ParamKind, ParamSet, ParamSpec};
-use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Frame, GyrHold, Lanes, Quat, Real, Scalar, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Frame, GyrHold, Pair, Quat, Real, Scalar, Settings, Vec3};
 
 use crate::random::Random;
 
@@ -166,11 +166,9 @@ macro_rules! cases {
                 all.extend([
                     case::<f32, F<f32>>(),
                     case::<f64, F<f64>>(),
-                    case::<Lanes<f64, 3>, F<Lanes<f64, 3>>>(),
-                    case::<Lanes<f64, 4>, F<Lanes<f64, 4>>>(),
-                    case::<Lanes<f64, 8>, F<Lanes<f64, 8>>>(),
-                    case::<Lanes<f32, 8>, F<Lanes<f32, 8>>>(),
-                    case::<Lanes<f32, 16>, F<Lanes<f32, 16>>>(),
+                    case::<Pair<f64>, F<Pair<f64>>>(),
+                    case::<Pair<Pair<f64>>, F<Pair<Pair<f64>>>>(),
+                    case::<Pair<Pair<f32>>, F<Pair<Pair<f32>>>>(),
                 ]);
             })+
             assert!(!all.is_empty(), "the registry is empty");
