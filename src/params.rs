@@ -96,6 +96,8 @@ pub trait Choice: Copy + Default {
 pub trait ParamSet<S>: Clone {
     /// Reads values in the order of the filter's [`ParamSpec`]s; missing ones are the defaults.
     fn from_values(values: &[f64]) -> Result<Self, ParamError>;
+    /// Reads a list of values for each lane; lanes beyond the last have those of the first. Choices are those of the first.
+    fn from_lanes(sets: &[&[f64]]) -> Result<Self, ParamError>;
 }
 
 /// The value of parameter `index` in a list of values, or its default.
@@ -190,8 +192,23 @@ macro_rules! params {
                 let _ = (&mut index, values);
                 Ok(Params { $($name: $crate::params!(@read S $kind $what $name),)* scalar: core::marker::PhantomData })
             }
+            fn from_lanes(sets: &[&[f64]]) -> Result<Self, $crate::params::ParamError> {
+                let all: Self = Self::from_values(sets.first().copied().unwrap_or_default())?;
+                #[allow(unused_mut, reason = "where no parameter is a number")]
+                let mut all = all;
+                for (lane, values) in sets.iter().enumerate().skip(1) {
+                    let one: Self = Self::from_values(values)?;
+                    $($crate::params!(@lane $kind all one lane $name);)*
+                    let _ = (lane, one);
+                }
+                Ok(all)
+            }
         }
     };
+    (@lane real $all:ident $one:ident $lane:ident $name:ident) => {
+        $crate::Scalar::set_lane(&mut $all.$name, $lane, $crate::Scalar::lane($one.$name, $lane))
+    };
+    (@lane choice $all:ident $one:ident $lane:ident $name:ident) => {};
     (@type $s:ident real $unit:tt) => { $s };
     (@type $s:ident choice $choice:tt) => { $choice };
     (@doc real $unit:tt $($doc:literal)*) => { concat!($($doc),*) };

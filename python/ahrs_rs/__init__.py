@@ -14,6 +14,7 @@ asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest,
 
 from ahrs_rs import filters, metrics, simulate
 from ahrs_rs._filter import Filter, Param
+from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.filters import *  # noqa: F403  # the classes are made from the registry
@@ -32,11 +33,14 @@ __all__ = [
     "Recording",
     "State",
     "Status",
+    "Sweep",
+    "SweepInterrupted",
     "filters",
     "metrics",
     "read",
     "run_many",
     "simulate",
+    "sweep",
     "write_estimate",
 ]
 __all__ += filters.__all__

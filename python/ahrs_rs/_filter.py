@@ -55,6 +55,18 @@ class Param:
         return number
 
 
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A run that is about to be made."""
+
+    native: tuple[Any, ...]
+    """gyr, acc, mag, t, q0, snapshots, indices of outputs, out."""
+    dtype: str
+    names: tuple[str, ...]
+    """Those of the outputs."""
+    states: list[State]
+
+
 class Filter(_native.NativeFilter):
     """An attitude filter with its parameters.
 
@@ -193,26 +205,46 @@ class Filter(_native.NativeFilter):
             for shapes that do not fit, infinite values, decreasing or non-finite stamps, a state of another filter;
             the message names the argument.
         """
-        narrow = _native.all_float32(gyr, acc, mag)
-        dtype = "float32" if narrow else "float64"
+        call = self._call(gyr, acc, mag, t=t, q0=q0, state=state, outputs=outputs, out=out)
+        (result,) = self._run([call.native], thread_count(threads), call.dtype == "float32", None, True)
+        return self._estimate(call, result)
+
+    def _call(
+        self,
+        gyr: ArrayLike,
+        acc: ArrayLike | None = None,
+        mag: ArrayLike | None = None,
+        *,
+        t: ArrayLike | None = None,
+        q0: ArrayLike | None = None,
+        state: State | Sequence[State] | None = None,
+        outputs: Sequence[str] = (),
+        out: Floats | None = None,
+    ) -> Call:
+        """The arguments of `run` for the native side; ``ValueError`` where they are wrong."""
+        dtype = "float32" if _native.all_float32(gyr, acc, mag) else "float64"
         if q0 is not None and state is not None:
             raise ValueError("q0: expected None where a state is given, got an attitude")
-        threads = thread_count(threads)
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         indices = [self._output_index(name) for name in names]
         states = self._given_states(state, dtype)
         snapshots = None if states is None else [(list(s.variables), s.last_t, s.samples) for s in states]
-        quat, gyr_bias, status, extra, after = self._run(gyr, acc, mag, t, q0, snapshots, indices, out, threads, narrow)
+        return Call((gyr, acc, mag, t, q0, snapshots, indices, out), dtype, names, states or [])
+
+    def _estimate(self, call: Call, result: Any) -> Estimate:
+        """What the native side gave for a call."""
+        quat, gyr_bias, status, extra, after = result
+        t, out = call.native[3], call.native[7]
         if out is not None:
             quat = out
-        new_states = [self._wrap(snapshot, dtype) for snapshot in after]
+        new_states = [self._wrap(snapshot, call.dtype) for snapshot in after]
         return Estimate(
             quat=quat,
             gyr_bias=gyr_bias,
             status=status,
-            t=self._stamps(t, quat.shape[:-1], states or []),
+            t=self._stamps(t, quat.shape[:-1], call.states),
             state=new_states[0] if quat.ndim == 2 else new_states,
-            extra=MappingProxyType(dict(zip(names, extra, strict=True))),
+            extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
         )
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -53,20 +54,18 @@ class NativeFilter:
     def _restore(self, snapshot: Snapshot) -> None: ...
     def _run(
         self,
-        gyr: ArrayLike,
-        acc: ArrayLike | None,
-        mag: ArrayLike | None,
-        t: ArrayLike | None,
-        q0: ArrayLike | None,
-        states: list[Snapshot] | None,
-        outputs: list[int],
-        out: NDArray[np.floating[Any]] | None,
+        calls: list[tuple[Any, ...]],
         threads: int | None,
         float32: bool,
-    ) -> tuple[
-        NDArray[np.floating[Any]],
-        NDArray[np.floating[Any]] | None,
-        NDArray[np.uint8],
-        list[NDArray[np.floating[Any]]],
-        list[Snapshot],
-    ]: ...
+        progress: Callable[[int], object] | None,
+        raising: bool,
+    ) -> list[Any]: ...
+    def _sweep(
+        self,
+        sets: list[list[float]],
+        trials: list[tuple[Any, ...]],
+        metric: str,
+        threads: int | None,
+        float32: bool,
+        progress: Callable[[int], object] | None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], BaseException | None]: ...

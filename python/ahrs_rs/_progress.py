@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -16,3 +17,19 @@ def progress_bar(items: Iterable[T], total: int, *, shown: bool = True, unit: st
     from tqdm import tqdm
 
     return iter(tqdm(items, total=total, unit=unit, leave=False))
+
+
+@contextmanager
+def progress_count(total: int, *, shown: bool, unit: str) -> Iterator[Callable[[int], None] | None]:
+    """A function to be told how many are finished, or None where nobody looks: see `progress_bar`."""
+    if not (shown and total > 1 and sys.stderr.isatty()):
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=total, unit=unit, leave=False) as bar:
+
+        def count(finished: int) -> None:
+            bar.update(finished - bar.n)
+
+        yield count

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Any, Literal, overload
 
-from ahrs_rs._filter import Filter, thread_count
-from ahrs_rs._progress import progress_bar
+from ahrs_rs._filter import Call, Filter, thread_count
+from ahrs_rs._progress import progress_count
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.recording import Recording
 
@@ -41,7 +39,7 @@ def run_many(
     progress: bool = False,
     errors: str = "raise",
 ) -> list[Any]:
-    """Estimates of recordings of any lengths, in their order, computed on several threads.
+    """Estimates of recordings of any lengths, in their order, computed side by side in the lanes of all cores.
 
     Parameters
     ----------
@@ -58,24 +56,36 @@ def run_many(
         raise ValueError(f"errors: expected 'raise' or 'return', got {errors!r}")
     threads = thread_count(threads)
     items = list(recordings)
-    with ThreadPoolExecutor(max_workers=threads or os.cpu_count()) as pool:
+    results: list[Any] = [None] * len(items)
+    calls: dict[str, list[tuple[int, Call]]] = {"float64": [], "float32": []}
+    for index, item in enumerate(items):
         try:
-            futures: list[Future[Estimate]] = [pool.submit(_run_one, f, i, item) for i, item in enumerate(items)]
-            for future in progress_bar(as_completed(futures), total=len(items), shown=progress):
-                if errors == "raise":
-                    future.result()
-        except BaseException:
-            # What has not begun is not wanted any more; what has ends within one recording.
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return [future.exception() or future.result() for future in futures]
+            call = f._call(**_keywords(item))
+            calls[call.dtype].append((index, call))
+        except (TypeError, ValueError) as error:
+            results[index] = _named(index, error)
+            if errors == "raise":
+                raise results[index] from None
+    with progress_count(total=len(items), shown=progress, unit="recording") as count:
+        done = 0
+        for dtype, group in calls.items():
+            native = [call.native for _, call in group]
+            before = done
+            counted = count and (lambda finished, before=before: count(before + finished))
+            found = f._run(native, threads, dtype == "float32", counted, False)
+            for (index, call), result in zip(group, found, strict=True):
+                failed = isinstance(result, Exception)
+                results[index] = _named(index, result) if failed else f._estimate(call, result)
+            done += len(group)
+    failed = next((result for result in results if isinstance(result, Exception)), None)
+    if errors == "raise" and failed is not None:
+        raise failed
+    return results
 
 
-def _run_one(f: Filter, index: int, item: Measurements) -> Estimate:
-    try:
-        return f.run(**_keywords(item), threads=1)
-    except ValueError as error:
-        raise ValueError(f"recording {index}: {error}") from None
+def _named(index: int, error: Exception) -> Exception:
+    """The error with the recording that it is about."""
+    return ValueError(f"recording {index}: {error}") if isinstance(error, ValueError) else error
 
 
 def _keywords(item: Measurements) -> dict[str, Any]:

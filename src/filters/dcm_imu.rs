@@ -117,7 +117,8 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cold]
+    #[inline(never)]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         // The covariance of C3 starts afresh where the vertical is a new one; the bias keeps its own.
         let mut fresh = initial_covariance(&self.params);

@@ -162,7 +162,8 @@ impl<S: Scalar> Filter<S> for EKF<S> {
     fn attitude(&self) -> Quat<S> {
         self.q
     }
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cold]
+    #[inline(never)]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         let start = diagonal(|_| inclination_variance(&self.params));
         let inclination = select(new_vertical(self.q, q), &start, &self.attitude_covariance());

@@ -162,7 +162,8 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
     }
     /// The heading's variance starts afresh, the inclination's where the vertical is new; what starts afresh has no
     /// correlations. The bias keeps its own.
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cold]
+    #[inline(never)]
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         let mut turned = self.error.p;
         reset(&mut turned, &product(&rows(q.matrix()), &transposed(&rows(self.q.matrix()))));

@@ -3,12 +3,23 @@
 //! - [`registry`]: the filters by name, each as a [`Stream`] of `f32` or `f64`;
 //! - [`stream`]: a filter that takes one sample after the other, or a tile of them;
 //! - [`recording`]: arrays in, arrays out, cut into tiles;
-//! - [`threads`]: many recordings at once.
+//! - [`simd`], [`bank`], [`lanes`]: several recordings or parameter sets side by side in vector registers;
+//! - [`threads`]: many recordings at once;
+//! - [`sweep`], [`metric`]: the errors of many parameter sets against a reference.
 
+pub mod bank;
+pub mod lanes;
+pub mod metric;
 pub mod recording;
 pub mod registry;
+pub mod simd;
+mod stage;
 pub mod stream;
+pub mod sweep;
+#[cfg(test)]
+mod tests;
 pub mod threads;
+mod transpose;
 
 pub use recording::{Outputs, Recording, Time};
 pub use registry::{Entry, Number, entries, entry};

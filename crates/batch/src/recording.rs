@@ -4,6 +4,7 @@ use ndarray::{ArrayView1, ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, s};
 
 use crate::registry::Number;
 use crate::stream::{Stream, Tile};
+use crate::threads::Watch;
 
 /// Samples in a tile: its buffers fit the first-level cache, and the cost of a call per tile vanishes.
 const TILE: usize = 256;
@@ -43,18 +44,70 @@ pub struct Outputs<'a, T> {
     pub extra: Vec<(usize, ArrayViewMut2<'a, T>)>,
 }
 
-/// Runs the stream over the recording.
-pub fn run<T: Number>(stream: &mut dyn Stream<T>, recording: &Recording<'_, T>, outputs: &mut Outputs<'_, T>) {
+impl Time<'_> {
+    /// Appends the steps to samples `start..end`. Stamps are subtracted in `f64` before anything is rounded.
+    pub fn steps<T: Number>(&self, steps: &mut Vec<T>, start: usize, end: usize) {
+        let before = steps.len();
+        if start == 0 && end > 0 {
+            steps.push(T::from_f64(self.first));
+        }
+        match &self.stamps {
+            None => steps.resize(before + end - start, T::from_f64(self.step)),
+            Some(stamps) => {
+                let before = stamps.slice(s![start.max(1) - 1..end.max(1) - 1]);
+                let after = stamps.slice(s![start.max(1)..end.max(1)]);
+                steps.extend(before.iter().zip(after).map(|(before, after)| T::from_f64(after - before)));
+            }
+        }
+    }
+}
+
+/// The status bits of a measurement that the filters take for missing: an infinite one is among them.
+pub const HIDES_INFINITE: u8 = 1 | 2 | 4;
+
+/// All status bits of a tile, in the buffer or in the array itself.
+fn status_of(buffer: &[[u8; 1]], out: &ArrayViewMut2<'_, u8>) -> u8 {
+    let bits = |all: u8, status: &u8| all | status;
+    if buffer.is_empty() { out.iter().fold(0, bits) } else { buffer.as_flattened().iter().fold(0, bits) }
+}
+
+/// Whether a measurement of samples `start..end` is infinite.
+fn sensors_infinite<T: Number>(recording: &Recording<'_, T>, start: usize, end: usize) -> bool {
+    let sensors = [Some(recording.gyr), recording.acc, recording.mag];
+    sensors.into_iter().flatten().any(|view| match view.slice_move(s![start..end, ..]) {
+        part if part.is_standard_layout() => any_infinite(part.to_slice().unwrap_or_default()),
+        part => part.iter().any(|value| any_infinite(&[*value])),
+    })
+}
+
+/// Whether one of the values is infinite; NaN is a missing value.
+pub fn any_infinite<T: Number>(values: &[T]) -> bool {
+    // Reducing without a branch is several times as fast as stopping at the first.
+    values.iter().fold(false, |any, value| any | T::splat(T::MAX).lt(value.abs()))
+}
+
+/// Runs the stream over the recording from sample `from` on, until the end or until it is told to stop.
+pub fn run_from<T: Number>(
+    stream: &mut dyn Stream<T>,
+    recording: &Recording<'_, T>,
+    outputs: &mut Outputs<'_, T>,
+    from: usize,
+    watch: &Watch,
+) {
     let total = recording.gyr.nrows();
     let (mut gyr, mut acc, mut mag) = (Vec::new(), Vec::new(), Vec::new());
     let mut dt = Vec::with_capacity(TILE.min(total));
     let (mut quat, mut gyr_bias, mut status) = (Vec::new(), Vec::new(), Vec::new());
     let mut extra: Vec<_> = outputs.extra.iter().map(|(index, _)| (*index, Vec::new())).collect();
 
-    for start in (0..total).step_by(TILE) {
+    for start in (from..total).step_by(TILE) {
+        if !watch.go_on() {
+            return;
+        }
         let end = total.min(start + TILE);
         let rows = s![start..end, ..];
-        stage_steps(&mut dt, &recording.time, start, end);
+        dt.clear();
+        recording.time.steps(&mut dt, start, end);
         let mut quat_out = outputs.quat.slice_mut(rows);
         let mut bias_out = outputs.gyr_bias.as_mut().map(|out| out.slice_mut(rows));
         let mut status_out = outputs.status.slice_mut(s![start..end]).insert_axis(Axis(1));
@@ -68,6 +121,11 @@ pub fn run<T: Number>(stream: &mut dyn Stream<T>, recording: &Recording<'_, T>, 
             status: room::<u8, 1>(&mut status, &mut status_out).as_flattened_mut(),
             extra: &mut extra,
         });
+        let missing = status_of(&status, &status_out);
+        if missing & HIDES_INFINITE != 0 && sensors_infinite(recording, start, end) {
+            watch.refuse();
+            return;
+        }
         write_back(&quat, &mut quat_out);
         if let Some(out) = &mut bias_out {
             write_back(&gyr_bias, out);
@@ -113,22 +171,6 @@ fn write_back<E: Copy, const N: usize>(buffer: &[[E; N]], out: &mut ArrayViewMut
     for (mut out, row) in out.outer_iter_mut().zip(buffer) {
         for (out, value) in out.iter_mut().zip(row) {
             *out = *value;
-        }
-    }
-}
-
-/// The steps to samples `start..end`. Stamps are subtracted in `f64` before anything is rounded.
-fn stage_steps<T: Number>(buffer: &mut Vec<T>, time: &Time<'_>, start: usize, end: usize) {
-    buffer.clear();
-    if start == 0 {
-        buffer.push(T::from_f64(time.first));
-    }
-    match &time.stamps {
-        None => buffer.resize(end - start, T::from_f64(time.step)),
-        Some(stamps) => {
-            let before = stamps.slice(s![start.max(1) - 1..end - 1]);
-            let after = stamps.slice(s![start.max(1)..end]);
-            buffer.extend(before.iter().zip(after).map(|(before, after)| T::from_f64(after - before)));
         }
     }
 }

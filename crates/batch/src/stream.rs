@@ -2,6 +2,11 @@
 
 use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Vec3};
 
+use crate::bank::{Bank, Rows};
+use crate::metric::{Metric, Sums};
+use crate::registry::Number;
+use crate::simd::Alone;
+
 /// Samples whose readings are computed ahead of the steps.
 const AHEAD: usize = 64;
 
@@ -147,5 +152,39 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
             }
         });
         true
+    }
+}
+
+/// A filter alone as a bank of one lane.
+pub struct Single<T>(pub Box<dyn Stream<T>>);
+
+impl<T: Number> Bank<T> for Single<T> {
+    fn lanes(&self) -> usize {
+        1
+    }
+
+    fn load(&mut self, _lane: usize, variables: &[f64]) {
+        self.0.load(variables);
+    }
+
+    fn save(&mut self, _lane: usize) -> Vec<f64> {
+        self.0.save()
+    }
+
+    fn run(&mut self, rows: &mut Rows<'_, T>) {
+        self.0.run(&mut Tile {
+            gyr: rows.gyr.as_chunks().0,
+            acc: rows.acc.map(|values| values.as_chunks().0),
+            mag: rows.mag.map(|values| values.as_chunks().0),
+            dt: rows.dt,
+            quat: rows.quat.as_chunks_mut().0,
+            gyr_bias: rows.gyr_bias.as_mut().map(|values| values.as_chunks_mut().0),
+            status: rows.status,
+            extra: &mut [],
+        });
+    }
+
+    fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums) {
+        metric.score::<T, _>(Alone, quat, reference, sums);
     }
 }

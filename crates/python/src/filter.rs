@@ -8,8 +8,9 @@ use ahrs_rs_batch::{Entry, Stream, entry};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{Dtype, Values, array, bad, start_quats, vector};
-use crate::run::{Arguments, run};
+use crate::arrays::{Dtype, Values, bad, start_quats, vector};
+use crate::run::{Call, Way, run_calls};
+use crate::sweep::{TrialCall, run_sweep};
 
 /// A snapshot: every variable of the filter, the last stamp in s where stamps were given, and the number of samples.
 pub type Snapshot = (Vec<f64>, Option<f64>, u64);
@@ -236,26 +237,43 @@ impl NativeFilter {
         Ok(())
     }
 
-    /// Runs over whole recordings: (quat, `gyr_bias` or None, status, outputs, snapshots).
-    #[allow(clippy::too_many_arguments, reason = "the keywords of the Python method")]
-    #[pyo3(signature = (gyr, acc, mag, t, q0, states, outputs, out, threads, float32))]
+    /// Runs over the recordings of several calls at once; each gives (quat, `gyr_bias` or None, status, outputs, snapshots),
+    /// or its exception where `raising` is not asked for.
+    #[pyo3(signature = (calls, threads, float32, progress, raising))]
     fn _run<'py>(
         &self,
         py: Python<'py>,
-        gyr: &Bound<'py, PyAny>,
-        acc: Option<&Bound<'py, PyAny>>,
-        mag: Option<&Bound<'py, PyAny>>,
-        t: Option<&Bound<'py, PyAny>>,
-        q0: Option<&Bound<'py, PyAny>>,
-        states: Option<Vec<Snapshot>>,
-        outputs: Vec<usize>,
-        out: Option<&Bound<'py, PyAny>>,
+        calls: Vec<Call<'py>>,
         threads: Option<usize>,
         float32: bool,
+        progress: Option<Bound<'py, PyAny>>,
+        raising: bool,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let way = Way { threads, progress: progress.as_ref(), raising };
+        let results = if float32 {
+            run_calls::<f32>(py, &self.recipe, &calls, &way)?
+        } else {
+            run_calls::<f64>(py, &self.recipe, &calls, &way)?
+        };
+        Ok(results
+            .into_iter()
+            .map(|result| result.unwrap_or_else(|error| error.into_value(py).into_bound(py).into_any()))
+            .collect())
+    }
+    /// The errors in rad of parameter sets over recordings with truth: (errors, done, exception or None).
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the Python function")]
+    #[pyo3(signature = (sets, trials, metric, threads, float32, progress))]
+    fn _sweep<'py>(
+        &self,
+        py: Python<'py>,
+        sets: Vec<Vec<f64>>,
+        trials: Vec<TrialCall<'py>>,
+        metric: &str,
+        threads: Option<usize>,
+        float32: bool,
+        progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let t = t.map(|t| array::<f64>("t", t)).transpose()?;
-        let arguments =
-            Arguments { gyr, acc, mag, t: t.as_ref(), q0, states: states.as_deref(), outputs: &outputs, out, threads };
-        if float32 { run::<f32>(py, &self.recipe, &arguments) } else { run::<f64>(py, &self.recipe, &arguments) }
+        let run = if float32 { run_sweep::<f32> } else { run_sweep::<f64> };
+        run(py, &self.recipe, &sets, &trials, metric, threads, progress.as_ref())
     }
 }

@@ -8,6 +8,8 @@ mod describe;
 mod euler;
 mod filter;
 mod run;
+mod sweep;
+mod watch;
 
 use pyo3::prelude::*;
 

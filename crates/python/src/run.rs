@@ -1,6 +1,7 @@
 //! Whole recordings: from Python's arrays to jobs of the batch engine and back.
 
-use ahrs_rs_batch::threads::{Job, run_all};
+use ahrs_rs_batch::simd::Isa;
+use ahrs_rs_batch::threads::{Job, Plan, run_all};
 use ahrs_rs_batch::{Outputs, Recording, Stream, Time};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
@@ -12,97 +13,223 @@ use crate::arrays::{
     stamps, start_quats,
 };
 use crate::filter::{Recipe, Snapshot};
+use crate::watch::watched;
 
-/// What a run was called with.
-pub struct Arguments<'a, 'py> {
-    pub gyr: &'a Bound<'py, PyAny>,
-    pub acc: Option<&'a Bound<'py, PyAny>>,
-    pub mag: Option<&'a Bound<'py, PyAny>>,
-    pub t: Option<&'a PyReadonlyArrayDyn<'py, f64>>,
-    pub q0: Option<&'a Bound<'py, PyAny>>,
-    pub states: Option<&'a [Snapshot]>,
-    pub outputs: &'a [usize],
-    pub out: Option<&'a Bound<'py, PyAny>>,
+/// What a run is called with in Python: (gyr, acc, mag, t, q0, states, outputs, out).
+pub type Call<'py> = (
+    Bound<'py, PyAny>,
+    Option<Bound<'py, PyAny>>,
+    Option<Bound<'py, PyAny>>,
+    Option<Bound<'py, PyAny>>,
+    Option<Bound<'py, PyAny>>,
+    Option<Vec<Snapshot>>,
+    Vec<usize>,
+    Option<Bound<'py, PyAny>>,
+);
+
+/// How calls are run.
+pub struct Way<'a, 'py> {
     pub threads: Option<usize>,
+    /// Called with the number of recordings that are finished.
+    pub progress: Option<&'a Bound<'py, PyAny>>,
+    /// Whether the first call that is wrong ends all.
+    pub raising: bool,
 }
 
-/// Runs the filter and gives (quat, `gyr_bias` or None, status, outputs, snapshots).
-pub fn run<'py, T: Dtype>(
+/// Runs the filter over the recordings of each call, all of them at once. Each gives (quat, `gyr_bias` or None, status,
+/// outputs, snapshots), or the exception that says what is wrong with it.
+pub fn run_calls<'py, T: Dtype>(
     py: Python<'py>,
     recipe: &Recipe,
-    arguments: &Arguments<'_, 'py>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let gyr = array::<T>("gyr", arguments.gyr)?;
-    let acc = arguments.acc.map(|acc| array::<T>("acc", acc)).transpose()?;
-    let mag = arguments.mag.map(|mag| array::<T>("mag", mag)).transpose()?;
-    let shape = gyr.shape().to_vec();
-    let gyr_rows = rows3("gyr", &gyr)?;
-    let given = [("gyr", Some(&gyr)), ("acc", acc.as_ref()), ("mag", mag.as_ref())];
-    for (name, other) in &given {
-        if let Some(other) = other {
-            same_shape(name, other.shape(), &shape)?;
+    calls: &[Call<'py>],
+    way: &Way<'_, 'py>,
+) -> PyResult<Vec<PyResult<Bound<'py, PyAny>>>> {
+    // Of one call into new arrays nothing is lost if an infinite value is found on the way.
+    let search = calls.len() > 1 || calls.iter().any(|call| call.7.is_some());
+    let mut prepared = Vec::with_capacity(calls.len());
+    for call in calls {
+        match Prepared::<T>::new(py, recipe, call, search) {
+            Err(error) if way.raising => return Err(error),
+            made => prepared.push(made),
         }
     }
-    let views = given.map(|(name, array)| (name, array.map(|array| array.as_array())));
-    py.detach(|| {
-        views.iter().try_for_each(|(name, view)| view.as_ref().map_or(Ok(()), |view| check_not_infinite(name, view)))
-    })
-    .map_err(PyValueError::new_err)?;
-    let acc_rows = acc.as_ref().map(|acc| rows3("acc", acc)).transpose()?;
-    let mag_rows = mag.as_ref().map(|mag| rows3("mag", mag)).transpose()?;
-    let (n, samples) = (gyr_rows.len_of(Axis(0)), gyr_rows.len_of(Axis(1)));
-
-    let batch = (shape.len() == 3).then_some(n);
-    if let Some(states) = arguments.states.filter(|states| states.len() != n) {
-        return Err(bad("state", &format!("{n} states, one for each recording"), format!("{} states", states.len())));
+    let mut rooms: Vec<_> = prepared.iter().filter_map(|made| made.as_ref().ok().map(Prepared::room)).collect();
+    let mut jobs = Vec::new();
+    let mut counts = Vec::new();
+    for (room, made) in rooms.iter_mut().zip(prepared.iter().flatten()) {
+        let before = jobs.len();
+        jobs.extend(made.jobs(recipe, room.as_mut().map_err(|error| error.clone_ref(py))?)?);
+        counts.push(jobs.len() - before);
     }
-    let q0 = arguments.q0.map(|q0| start_quats::<T>(q0, batch)).transpose()?;
-    let streams = streams(recipe, arguments, n, q0.as_deref())?;
-    let times = times(recipe, arguments, &shape, samples, &streams)?;
-
-    let spec = recipe.entry.spec;
-    let leading = shape.split_last().map(|(_, leading)| leading.to_vec()).unwrap_or_default();
-    let with = |row: &[usize]| -> Vec<usize> { leading.iter().chain(row).copied().collect() };
-    let new = |row: &[usize], fill: Fill| new_array::<T>(py, fill, &with(row), T::DTYPE);
-    let quat = match arguments.out {
-        Some(out) => {
-            for input in [Some(arguments.gyr), arguments.acc, arguments.mag, arguments.t.map(|t| t.as_any())] {
-                check_apart(out, input)?;
-            }
-            output::<T>(out, &with(&[4]))?
-        }
-        None => new(&[4], Fill::Nothing)?,
+    let plan = Plan {
+        entry: recipe.entry,
+        values: &recipe.values,
+        settings: recipe.settings,
+        isa: Isa::fastest(),
+        threads: way.threads,
     };
-    let zero_bias = streams.iter().all(|stream| stream.bias_stays_zero());
-    let bias_fill = if zero_bias { Fill::Zeros } else { Fill::Nothing };
-    let gyr_bias = spec.gyr_bias.then(|| new(&[3], bias_fill)).transpose()?;
-    let status = new_array::<u8>(py, Fill::Nothing, &leading, "uint8")?;
-    let asked: Vec<_> =
-        arguments.outputs.iter().filter_map(|&index| spec.outputs.get(index).map(|output| (index, output))).collect();
-    let extra = asked.iter().map(|(_, output)| new(output.shape, Fill::Nothing)).collect::<PyResult<Vec<_>>>()?;
+    let samples = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
+    let ((), watch, error) = watched(py, samples, way.progress, |watch| run_all(&mut jobs, &plan, watch))?;
+    if let Some(error) = error {
+        return Err(error);
+    }
+    let mut jobs = jobs.iter_mut();
+    let mut snapshots: Vec<_> = counts
+        .iter()
+        .zip(prepared.iter().flatten())
+        .map(|(&count, made)| made.snapshots(jobs.by_ref().take(count)))
+        .collect();
+    let mut snapshots = snapshots.drain(..);
+    if watch.refused() {
+        prepared.iter().flatten().try_for_each(|made| made.check_finite(py))?;
+    }
+    drop(rooms);
+    Ok(prepared
+        .into_iter()
+        .map(|made| {
+            let Prepared { quat, gyr_bias, status, extra, .. } = made?;
+            let after = snapshots.next().unwrap_or_default();
+            Ok((quat, gyr_bias, status, extra, after).into_pyobject(py)?.into_any())
+        })
+        .collect())
+}
 
-    let snapshots = {
+/// A call whose arguments are checked, with arrays for its results.
+struct Prepared<'py, T: Dtype> {
+    gyr: PyReadonlyArrayDyn<'py, T>,
+    acc: Option<PyReadonlyArrayDyn<'py, T>>,
+    mag: Option<PyReadonlyArrayDyn<'py, T>>,
+    t: Option<PyReadonlyArrayDyn<'py, f64>>,
+    q0: Option<Vec<[T; 4]>>,
+    states: Option<Vec<Snapshot>>,
+    n: usize,
+    samples: usize,
+    zero_bias: bool,
+    quat: Bound<'py, PyArrayDyn<T>>,
+    gyr_bias: Option<Bound<'py, PyArrayDyn<T>>>,
+    status: Bound<'py, PyArrayDyn<u8>>,
+    extra: Vec<Bound<'py, PyArrayDyn<T>>>,
+    /// Indices of the outputs that are asked for, and their sizes.
+    asked: Vec<(usize, usize)>,
+}
+
+/// The arrays of the results while they are written.
+struct Room<'py, T: Dtype> {
+    quat: PyReadwriteArrayDyn<'py, T>,
+    gyr_bias: Option<PyReadwriteArrayDyn<'py, T>>,
+    status: PyReadwriteArrayDyn<'py, u8>,
+    extra: Vec<PyReadwriteArrayDyn<'py, T>>,
+}
+
+impl<'py, T: Dtype> Prepared<'py, T> {
+    fn new(py: Python<'py>, recipe: &Recipe, call: &Call<'py>, search: bool) -> PyResult<Self> {
+        let (gyr_given, acc_given, mag_given, t_given, q0, states, outputs, out) = call;
+        let t = t_given.as_ref().map(|t| array::<f64>("t", t)).transpose()?;
+        let gyr = array::<T>("gyr", gyr_given)?;
+        let acc = acc_given.as_ref().map(|acc| array::<T>("acc", acc)).transpose()?;
+        let mag = mag_given.as_ref().map(|mag| array::<T>("mag", mag)).transpose()?;
+        let shape = gyr.shape().to_vec();
+        let rows = rows3("gyr", &gyr)?;
+        let (n, samples) = (rows.len_of(Axis(0)), rows.len_of(Axis(1)));
+        for (name, other) in [("acc", &acc), ("mag", &mag)] {
+            if let Some(other) = other {
+                same_shape(name, other.shape(), &shape)?;
+            }
+        }
+        if let Some(states) = states.as_ref().filter(|states| states.len() != n) {
+            let came = format!("{} states", states.len());
+            return Err(bad("state", &format!("{n} states, one for each recording"), came));
+        }
+        let q0 = q0.as_ref().map(|q0| start_quats::<T>(q0, (shape.len() == 3).then_some(n))).transpose()?;
+
+        let spec = recipe.entry.spec;
+        let leading = shape.split_last().map(|(_, leading)| leading.to_vec()).unwrap_or_default();
+        let with = |row: &[usize]| -> Vec<usize> { leading.iter().chain(row).copied().collect() };
+        let new = |row: &[usize], fill: Fill| new_array::<T>(py, fill, &with(row), T::DTYPE);
+        let quat = match out {
+            Some(out) => {
+                for input in [Some(gyr_given), acc_given.as_ref(), mag_given.as_ref(), t.as_deref().map(Bound::as_any)]
+                {
+                    check_apart(out, input)?;
+                }
+                output::<T>(out, &with(&[4]))?
+            }
+            None => new(&[4], Fill::Nothing)?,
+        };
+        let asked: Vec<_> =
+            outputs.iter().filter_map(|&index| spec.outputs.get(index).map(|output| (index, output))).collect();
+        let extra = asked.iter().map(|(_, output)| new(output.shape, Fill::Nothing)).collect::<PyResult<Vec<_>>>()?;
+        let asked = asked.into_iter().map(|(index, output)| (index, output.len())).collect();
+        let status = new_array::<u8>(py, Fill::Nothing, &leading, "uint8")?;
+        let mut made = Prepared {
+            gyr,
+            acc,
+            mag,
+            t,
+            q0,
+            states: states.clone(),
+            n,
+            samples,
+            zero_bias: false,
+            quat,
+            gyr_bias: None,
+            status,
+            extra,
+            asked,
+        };
+        if search {
+            made.check_finite(py)?;
+        }
+        let streams = made.streams(recipe)?;
+        made.times(recipe, &streams)?;
+        made.zero_bias = streams.iter().all(|stream| stream.bias_stays_zero());
+        let fill = if made.zero_bias { Fill::Zeros } else { Fill::Nothing };
+        made.gyr_bias = spec.gyr_bias.then(|| new(&[3], fill)).transpose()?;
+        Ok(made)
+    }
+
+    /// Checks that no measurement is infinite.
+    fn check_finite(&self, py: Python<'py>) -> PyResult<()> {
+        let given = [("gyr", Some(&self.gyr)), ("acc", self.acc.as_ref()), ("mag", self.mag.as_ref())];
+        let views = given.map(|(name, array)| (name, array.map(|array| array.as_array())));
+        py.detach(|| {
+            views
+                .iter()
+                .try_for_each(|(name, view)| view.as_ref().map_or(Ok(()), |view| check_not_infinite(name, view)))
+        })
+        .map_err(PyValueError::new_err)
+    }
+
+    fn room(&self) -> PyResult<Room<'py, T>> {
+        let bias = self.gyr_bias.as_ref().filter(|_| !self.zero_bias);
+        Ok(Room {
+            quat: writing("out", &self.quat)?,
+            gyr_bias: bias.map(|array| writing("gyr_bias", array)).transpose()?,
+            status: writing("status", &self.status)?,
+            extra: self.extra.iter().map(|array| writing("outputs", array)).collect::<PyResult<_>>()?,
+        })
+    }
+
+    /// A job for each recording.
+    fn jobs<'a>(&'a self, recipe: &Recipe, room: &'a mut Room<'py, T>) -> PyResult<Vec<Job<'a, T>>> {
+        let (n, samples) = (self.n, self.samples);
+        let gyr_rows = rows3("gyr", &self.gyr)?;
+        let acc_rows = self.acc.as_ref().map(|acc| rows3("acc", acc)).transpose()?;
+        let mag_rows = self.mag.as_ref().map(|mag| rows3("mag", mag)).transpose()?;
+        let streams = self.streams(recipe)?;
+        let times = self.times(recipe, &streams)?;
         // Views of the results as (N, T, values), taken apart by recording.
-        let mut quat = writing("out", &quat)?;
-        let mut quat = rows_mut(quat.as_array_mut(), n, samples, 4)?.into_iter();
-        let mut gyr_bias =
-            gyr_bias.as_ref().filter(|_| !zero_bias).map(|array| writing("gyr_bias", array)).transpose()?;
-        let mut gyr_bias = match &mut gyr_bias {
+        let mut quat = rows_mut(room.quat.as_array_mut(), n, samples, 4)?.into_iter();
+        let mut gyr_bias = match &mut room.gyr_bias {
             Some(array) => rows_mut(array.as_array_mut(), n, samples, 3)?.into_iter().map(Some).collect(),
             None => Vec::new(),
         }
         .into_iter();
-        let mut status = writing("status", &status)?;
-        let mut status = rows_mut(status.as_array_mut(), n, samples, 1)?.into_iter();
-        let mut extra = extra.iter().map(|array| writing("outputs", array)).collect::<PyResult<Vec<_>>>()?;
+        let mut status = rows_mut(room.status.as_array_mut(), n, samples, 1)?.into_iter();
+        let extra = room.extra.iter_mut().zip(&self.asked);
         let mut extra = extra
-            .iter_mut()
-            .zip(&asked)
-            .map(|(array, (index, output))| {
-                Ok((*index, rows_mut(array.as_array_mut(), n, samples, output.len())?.into_iter()))
-            })
+            .map(|(array, (index, len))| Ok((*index, rows_mut(array.as_array_mut(), n, samples, *len)?.into_iter())))
             .collect::<PyResult<Vec<_>>>()?;
-
         let mut jobs = Vec::with_capacity(n);
         for (index, (time, stream)) in times.into_iter().zip(streams).enumerate() {
             let (Some(quat), Some(status)) = (quat.next(), status.next()) else { break };
@@ -122,11 +249,76 @@ pub fn run<'py, T: Dtype>(
                 },
             });
         }
-        let threads = arguments.threads;
-        py.detach(|| run_all(&mut jobs, threads));
-        snapshots(&mut jobs, arguments.states, samples)
-    };
-    Ok((quat, gyr_bias, status, extra, snapshots).into_pyobject(py)?.into_any())
+        Ok(jobs)
+    }
+
+    /// The filter of each recording, as it is before the first sample.
+    fn streams(&self, recipe: &Recipe) -> PyResult<Vec<Box<dyn Stream<T>>>> {
+        let one = |index| {
+            let mut stream = recipe.stream(self.states.as_ref().and_then(|states| states.get(index)))?;
+            if let Some(q0) = self.q0.as_ref().and_then(|q0| q0.get(index)) {
+                stream.start_from(*q0);
+            }
+            Ok(stream)
+        };
+        (0..self.n).map(one).collect()
+    }
+
+    /// The time of each recording, checked.
+    fn times(&self, recipe: &Recipe, streams: &[Box<dyn Stream<T>>]) -> PyResult<Vec<Time<'_>>> {
+        let (n, samples) = (self.n, self.samples);
+        let step = recipe.rate.map(|rate| 1.0 / rate);
+        let stamps = self.t.as_ref().map(|t| stamps(t, self.gyr.shape())).transpose()?;
+        let Some(stamps) = stamps else {
+            let step = match step {
+                Some(step) => step,
+                // Nothing to integrate over: an empty recording needs no time.
+                None if samples == 0 => 0.0,
+                None => return Err(bad("t", "stamps in s, as the filter was made without rate", "None")),
+            };
+            return Ok(vec![Time { stamps: None, first: step, step }; n]);
+        };
+        (0..n)
+            .zip(streams)
+            .map(|(index, stream)| {
+                let row = stamps.index_axis_move(Axis(0), if stamps.nrows() == 1 { 0 } else { index });
+                let last = self.states.as_ref().and_then(|states| states.get(index)).and_then(|(_, last, _)| *last);
+                check_stamps(row.iter().copied(), last).map_err(|error| {
+                    PyValueError::new_err(if n > 1 { format!("{error} of recording {index}") } else { error })
+                })?;
+                let mut ahead = row.iter().copied();
+                let (t0, t1) = (ahead.next(), ahead.next());
+                let first = match (last, step, t0, t1) {
+                    (Some(last), _, Some(t0), _) => t0 - last,
+                    (None, Some(step), _, _) => step,
+                    (None, None, Some(t0), Some(t1)) => t1 - t0,
+                    (None, None, Some(_), None) if !stream.is_fresh() => {
+                        return Err(bad(
+                            "rate",
+                            "a rate in Hz: the step before a single sample is not known from t",
+                            "None",
+                        ));
+                    }
+                    _ => 0.0,
+                };
+                Ok(Time { stamps: Some(row), first, step: 0.0 })
+            })
+            .collect()
+    }
+
+    /// The states after the last sample.
+    fn snapshots<'a, 'b: 'a>(&self, jobs: impl Iterator<Item = &'a mut Job<'b, T>>) -> Vec<Snapshot> {
+        let mut before = self.states.as_ref().map(|states| states.iter());
+        jobs.map(|job| {
+            let (last, count) = before.as_mut().and_then(Iterator::next).map_or((None, 0), |(_, last, n)| (*last, *n));
+            let last = match &job.recording.time.stamps {
+                Some(stamps) => stamps.last().copied().or(last),
+                None => last.map(|last| last + job.recording.time.step * self.samples as f64),
+            };
+            (job.stream.save(), last, count + self.samples as u64)
+        })
+        .collect()
+    }
 }
 
 /// The array for writing; refused where something else uses it.
@@ -158,84 +350,4 @@ fn rows_mut<E>(
         rest = others;
     }
     Ok(parts)
-}
-
-/// The filter of each recording, as it is before the first sample.
-fn streams<T: Dtype>(
-    recipe: &Recipe,
-    arguments: &Arguments<'_, '_>,
-    n: usize,
-    q0: Option<&[[T; 4]]>,
-) -> PyResult<Vec<Box<dyn Stream<T>>>> {
-    let one = |index| {
-        let mut stream = recipe.stream(arguments.states.and_then(|states| states.get(index)))?;
-        if let Some(q0) = q0.and_then(|q0| q0.get(index)) {
-            stream.start_from(*q0);
-        }
-        Ok(stream)
-    };
-    (0..n).map(one).collect()
-}
-
-/// The time of each recording, checked.
-fn times<'a, T: Dtype>(
-    recipe: &Recipe,
-    arguments: &'a Arguments<'_, '_>,
-    shape: &[usize],
-    samples: usize,
-    streams: &[Box<dyn Stream<T>>],
-) -> PyResult<Vec<Time<'a>>> {
-    let n = streams.len();
-    let step = recipe.rate.map(|rate| 1.0 / rate);
-    let stamps = arguments.t.map(|t| stamps(t, shape)).transpose()?;
-    let Some(stamps) = stamps else {
-        let step = match step {
-            Some(step) => step,
-            // Nothing to integrate over: an empty recording needs no time.
-            None if samples == 0 => 0.0,
-            None => return Err(bad("t", "stamps in s, as the filter was made without rate", "None")),
-        };
-        return Ok(vec![Time { stamps: None, first: step, step }; n]);
-    };
-    (0..n)
-        .zip(streams)
-        .map(|(index, stream)| {
-            let row = stamps.index_axis_move(Axis(0), if stamps.nrows() == 1 { 0 } else { index });
-            let last = arguments.states.and_then(|states| states.get(index)).and_then(|(_, last, _)| *last);
-            check_stamps(row.iter().copied(), last).map_err(|error| {
-                PyValueError::new_err(if n > 1 { format!("{error} of recording {index}") } else { error })
-            })?;
-            let mut ahead = row.iter().copied();
-            let (t0, t1) = (ahead.next(), ahead.next());
-            let first = match (last, step, t0, t1) {
-                (Some(last), _, Some(t0), _) => t0 - last,
-                (None, Some(step), _, _) => step,
-                (None, None, Some(t0), Some(t1)) => t1 - t0,
-                (None, None, Some(_), None) if !stream.is_fresh() => {
-                    return Err(bad(
-                        "rate",
-                        "a rate in Hz: the step before a single sample is not known from t",
-                        "None",
-                    ));
-                }
-                _ => 0.0,
-            };
-            Ok(Time { stamps: Some(row), first, step: 0.0 })
-        })
-        .collect()
-}
-
-/// The states after the last sample.
-fn snapshots<T: Dtype>(jobs: &mut [Job<'_, T>], before: Option<&[Snapshot]>, samples: usize) -> Vec<Snapshot> {
-    let mut before = before.map(<[_]>::iter);
-    jobs.iter_mut()
-        .map(|job| {
-            let (last, count) = before.as_mut().and_then(Iterator::next).map_or((None, 0), |(_, last, n)| (*last, *n));
-            let last = match &job.recording.time.stamps {
-                Some(stamps) => stamps.last().copied().or(last),
-                None => last.map(|last| last + job.recording.time.step * samples as f64),
-            };
-            (job.stream.save(), last, count + samples as u64)
-        })
-        .collect()
 }

@@ -1,0 +1,150 @@
+//! A filter in lanes: as many recordings, or parameter sets, as a vector register has numbers.
+
+use ahrs_rs::params::{ParamError, ParamSet};
+use ahrs_rs::{Estimator, Filter, Mask, Quat, Scalar, Settings, Vec3};
+
+use crate::metric::{Metric, Sums};
+use crate::registry::Number;
+use crate::simd::{Instructions, Vector, Work};
+
+/// A run of samples of several recordings, and room for what comes out.
+///
+/// A row holds a sample of each lane, ordered by component, then lane: (x₀ x₁ … y₀ y₁ … z₀ z₁ …).
+pub struct Rows<'a, T> {
+    /// Angular rates in rad/s.
+    pub gyr: &'a [T],
+    /// Specific forces in m/s², as many, or none.
+    pub acc: Option<&'a [T]>,
+    /// Magnetic fields in µT, as many, or none.
+    pub mag: Option<&'a [T]>,
+    /// The time in s since the sample before, as many.
+    pub dt: &'a [T],
+    /// Attitudes out.
+    pub quat: &'a mut [T],
+    /// Gyroscope biases out, or none.
+    pub gyr_bias: Option<&'a mut [T]>,
+    /// Status bits out.
+    pub status: &'a mut [u8],
+}
+
+/// A filter with several lanes.
+pub trait Bank<T>: Send {
+    /// How many.
+    fn lanes(&self) -> usize;
+    /// Gives a lane every variable of a filter, as [`Stream::save`](crate::Stream::save) gave them.
+    fn load(&mut self, lane: usize, variables: &[f64]);
+    /// Every variable of a lane.
+    fn save(&mut self, lane: usize) -> Vec<f64>;
+    /// Goes on by the samples. Stops at the shortest of the slices.
+    fn run(&mut self, rows: &mut Rows<'_, T>);
+    /// Adds the squared errors of the attitudes of some rows against those of a reference to the sums of the lanes.
+    fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums);
+}
+
+/// The bank of filter `F` with parameters of its own in each lane; lanes beyond the last set have the first one's.
+/// Choices are those of the first set.
+pub fn bank<T, I, F>(instructions: I, sets: &[&[f64]], settings: Settings) -> Result<Box<dyn Bank<T>>, ParamError>
+where
+    T: Number,
+    I: Instructions<T>,
+    F: Filter<I::Vector> + Send + 'static,
+{
+    let params = F::Params::from_lanes(sets)?;
+    Ok(Box::new(Lanes { instructions, estimator: Estimator::<I::Vector, F>::new(&params, settings) }))
+}
+
+struct Lanes<I, S: Scalar, F> {
+    instructions: I,
+    estimator: Estimator<S, F>,
+}
+
+impl<T, I, F> Bank<T> for Lanes<I, I::Vector, F>
+where
+    T: Number,
+    I: Instructions<T>,
+    F: Filter<I::Vector> + Send,
+{
+    fn lanes(&self) -> usize {
+        I::Vector::LANES
+    }
+
+    fn load(&mut self, lane: usize, variables: &[f64]) {
+        let mut variables = variables.iter();
+        self.estimator.each_variable(&mut |value| {
+            if let Some(&saved) = variables.next() {
+                value.set_lane(lane, T::from_f64(saved));
+            }
+        });
+    }
+
+    fn save(&mut self, lane: usize) -> Vec<f64> {
+        let mut variables = Vec::new();
+        self.estimator.each_variable(&mut |value| variables.push(value.lane(lane).to_f64()));
+        variables
+    }
+
+    fn run(&mut self, rows: &mut Rows<'_, T>) {
+        self.instructions.run(Steps { estimator: &mut self.estimator, rows });
+    }
+
+    fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums) {
+        metric.score::<T, I>(self.instructions, quat, reference, sums);
+    }
+}
+
+struct Steps<'a, 'b, S: Scalar, F> {
+    estimator: &'a mut Estimator<S, F>,
+    rows: &'a mut Rows<'b, S::Real>,
+}
+
+impl<S: Vector, F: Filter<S>> Work for Steps<'_, '_, S, F> {
+    #[inline(always)]
+    fn run(self) {
+        let rows = self.rows;
+        let lanes = S::LANES;
+        let mut acc = rows.acc.map(|values| values.chunks_exact(3 * lanes));
+        let mut mag = rows.mag.map(|values| values.chunks_exact(3 * lanes));
+        let mut gyr_bias = rows.gyr_bias.as_mut().map(|values| values.chunks_exact_mut(3 * lanes));
+        let inputs = rows.gyr.chunks_exact(3 * lanes).zip(rows.dt.chunks_exact(lanes));
+        let outputs = rows.quat.chunks_exact_mut(4 * lanes).zip(rows.status.chunks_exact_mut(lanes));
+        // A copy of its own can live in registers.
+        let mut this = self.estimator.clone();
+        for ((gyr, dt), (quat, status)) in inputs.zip(outputs) {
+            let acc = match acc.as_mut().and_then(Iterator::next) {
+                Some(row) => Some(loaded3(row)),
+                None => None,
+            };
+            let mag = match mag.as_mut().and_then(Iterator::next) {
+                Some(row) => Some(loaded3(row)),
+                None => None,
+            };
+            let output = this.step(loaded3(gyr), acc, mag, S::load(dt));
+            let Quat { w, x, y, z } = output.quat;
+            for (value, to) in [w, x, y, z].into_iter().zip(quat.chunks_exact_mut(lanes)) {
+                value.store(to);
+            }
+            if output.flags.any().any() {
+                for (lane, bits) in status.iter_mut().enumerate() {
+                    *bits = output.flags.bits(lane);
+                }
+            } else {
+                status.fill(0);
+            }
+            if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+                let Vec3 { x, y, z } = this.filter().gyr_bias();
+                for (value, to) in [x, y, z].into_iter().zip(row.chunks_exact_mut(lanes)) {
+                    value.store(to);
+                }
+            }
+        }
+        *self.estimator = this;
+    }
+}
+
+/// A vector in each lane.
+#[inline(always)]
+fn loaded3<S: Vector>(row: &[S::Real]) -> Vec3<S> {
+    let (x, rest) = row.split_at_checked(S::LANES).unwrap_or_default();
+    let (y, z) = rest.split_at_checked(S::LANES).unwrap_or_default();
+    Vec3::new(S::load(x), S::load(y), S::load(z))
+}
