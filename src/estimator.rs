@@ -102,7 +102,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     pub fn start_from(&mut self, q0: Quat<S>) {
         let yes = S::Mask::splat(true);
         let q0 = q0.unit_or(Quat::identity());
-        self.filter.set_attitude(yes, self.settings.frame.from_enu::<S>().conj() * q0);
+        self.filter.start_from(self.settings.frame.from_enu::<S>().conj() * q0);
         self.quat = Quat::select(q0.w.lt(S::zero()), -q0, q0);
         (self.inclined, self.headed) = (yes, yes);
     }
@@ -121,7 +121,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         // Without a given attitude the first sample aligns, and nothing turns.
         let fresh = self.is_fresh();
         let mut dt = dt.max(S::zero()).min(S::of(LONGEST_STEP));
-        if fresh.any() {
+        if !F::STARTS_ITSELF && fresh.any() {
             dt = S::select(fresh, S::zero(), dt);
         }
 
@@ -130,10 +130,13 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         let mag = given(reading.mag, &mut self.mag_seen, &mut flags.mag_missing);
 
         self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
+        // What aligns is no measurement for the filter, unless it starts by itself.
+        let (use_acc, use_mag) =
+            if F::STARTS_ITSELF { (acc.valid, self.inclined | acc.valid) } else { (self.inclined, self.headed) };
         let sample = Sample {
             gyr,
-            acc: Measured { valid: acc.valid & self.inclined, ..acc },
-            mag: Measured { valid: mag.valid & self.headed, ..mag },
+            acc: Measured { valid: acc.valid & use_acc, ..acc },
+            mag: Measured { valid: mag.valid & use_mag, ..mag },
         };
         self.filter.step(&sample, dt);
         self.filter.flag(&mut flags);
@@ -184,19 +187,23 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         Vec3::select(turned, rate, Vec3::zero())
     }
 
-    /// Sets what is not known yet of inclination and heading.
+    /// Sets what is not known yet of inclination and heading; a filter that starts by itself has done so.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn align(&mut self, acc: &Measured<S>, mag: &Measured<S>) {
         let incline = acc.valid & !self.inclined;
         if incline.any() {
-            self.filter.set_attitude(incline, inclined_by(self.filter.attitude(), acc.unit));
+            if !F::STARTS_ITSELF {
+                self.filter.set_attitude(incline, inclined_by(self.filter.attitude(), acc.unit));
+            }
             self.inclined = self.inclined | incline;
         }
         let head = mag.valid & self.inclined & !self.headed;
         if head.any() {
             let (q, known) = headed_by(self.filter.attitude(), mag.unit);
             let head = head & known;
-            self.filter.set_attitude(head, q);
+            if !F::STARTS_ITSELF {
+                self.filter.set_attitude(head, q);
+            }
             self.headed = self.headed | head;
             self.magnetic = self.magnetic | head;
         }

@@ -161,6 +161,10 @@ pub trait Filter<S: Scalar>: Clone {
     type Params: ParamSet<S>;
     /// The description, the same for every scalar.
     const SPEC: &'static FilterSpec;
+    /// True where the filter takes its start from the first measurements by itself: it gets the first sample with its time
+    /// step, the accelerometer from the first valid row on and the magnetometer from the first that comes with a known
+    /// inclination, and is never aligned.
+    const STARTS_ITSELF: bool = false;
 
     /// The filter at the identity, with no memory of any sample.
     fn new(params: &Self::Params) -> Self;
@@ -168,6 +172,10 @@ pub trait Filter<S: Scalar>: Clone {
     fn attitude(&self) -> Quat<S>;
     /// Sets the attitude of the lanes of the mask, and the part of its covariance that is new with it; nothing else.
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>);
+    /// Starts from an attitude that is given one step before the first sample.
+    fn start_from(&mut self, q: Quat<S>) {
+        self.set_attitude(S::Mask::splat(true), q);
+    }
     /// Goes on by `dt` seconds to a new sample. Where dt is zero and no measurement valid, nothing changes but the
     /// last bits of the norm.
     fn step(&mut self, sample: &Sample<S>, dt: S);

@@ -55,6 +55,7 @@ pub mod filters;
 mod lanes;
 pub mod reading;
 mod scalar;
+pub mod signal;
 pub mod so3;
 pub mod trig;
 

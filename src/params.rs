@@ -35,6 +35,11 @@ pub enum ParamKind {
         /// The names.
         options: &'static [&'static str],
     },
+    /// On or off. In a list of values it is 1 or 0.
+    Switch {
+        /// Where none is given.
+        default: bool,
+    },
 }
 
 impl ParamSpec {
@@ -43,6 +48,7 @@ impl ParamSpec {
         match self.kind {
             ParamKind::Real { default, .. } => default,
             ParamKind::Choice { .. } => 0.0,
+            ParamKind::Switch { default } => f64::from(u8::from(default)),
         }
     }
 
@@ -51,6 +57,7 @@ impl ParamSpec {
         let allowed = match self.kind {
             ParamKind::Real { min, max, .. } => value >= min && value <= max,
             ParamKind::Choice { options } => (0..options.len()).any(|index| is_index(index, value)),
+            ParamKind::Switch { .. } => is_index(0, value) || is_index(1, value),
         };
         if allowed { Ok(value) } else { Err(ParamError { spec: self, value }) }
     }
@@ -76,6 +83,7 @@ impl fmt::Display for ParamError {
             ParamKind::Choice { options } => {
                 write!(f, "{name} must be the index of one of {options:?}, got {}", self.value)
             }
+            ParamKind::Switch { .. } => write!(f, "{name} must be 0 (off) or 1 (on), got {}", self.value),
         }
     }
 }
@@ -148,7 +156,7 @@ macro_rules! choice {
 macro_rules! params {
     ($(
         $(#[doc = $doc:literal])*
-        $kind:ident $name:ident : $what:tt $(= $default:literal in [$min:expr, $max:expr])?
+        $kind:ident $name:ident : $what:tt $(= $default:literal $(in [$min:expr, $max:expr])?)?
     );* $(;)?) => {
         /// The filter's parameters; [`PARAMS`] says what each is.
         pub struct Params<S> {
@@ -161,7 +169,7 @@ macro_rules! params {
             $($crate::params::ParamSpec {
                 name: stringify!($name),
                 doc: $crate::params!(@doc $kind $what $($doc)*),
-                kind: $crate::params!(@kind $kind $what $($default, $min, $max)?),
+                kind: $crate::params!(@kind $kind $what $($default $(, $min, $max)?)?),
             },)*
         ];
         // By hand, because the types of the fields come from a macro, and derive takes none.
@@ -211,16 +219,21 @@ macro_rules! params {
     (@lane choice $all:ident $one:ident $lane:ident $name:ident) => {};
     (@type $s:ident real $unit:tt) => { $s };
     (@type $s:ident choice $choice:tt) => { $choice };
+    (@type $s:ident switch $bool:tt) => { bool };
     (@doc real $unit:tt $($doc:literal)*) => { concat!($($doc),*) };
     (@doc choice $choice:tt) => { <$choice as $crate::params::Choice>::DOC };
+    (@doc switch $bool:tt $($doc:literal)*) => { concat!($($doc),*) };
     (@kind real $unit:tt $default:literal, $min:expr, $max:expr) => {
         $crate::params::ParamKind::Real { unit: $unit, default: $default, min: $min, max: $max }
     };
     (@kind choice $choice:tt) => {
         $crate::params::ParamKind::Choice { options: <$choice as $crate::params::Choice>::OPTIONS }
     };
+    (@kind switch $bool:tt $default:literal) => { $crate::params::ParamKind::Switch { default: $default } };
     (@default $s:ident real $unit:tt $default:literal) => { $crate::params::real::<$s>($default) };
     (@default $s:ident choice $choice:tt) => { <$choice as Default>::default() };
+    (@default $s:ident switch $bool:tt $default:literal) => { $default };
     (@read $s:ident real $unit:tt $value:ident) => { $crate::params::real::<$s>($value) };
     (@read $s:ident choice $choice:tt $value:ident) => { <$choice as $crate::params::Choice>::from_value($value) };
+    (@read $s:ident switch $bool:tt $value:ident) => { $crate::params::is_index(1, $value) };
 }

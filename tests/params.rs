@@ -119,6 +119,7 @@ fn defaults_are_allowed_and_ranges_are_ranges() {
                     assert!(min <= default && default <= max);
                 }
                 ParamKind::Choice { options } => assert!(options.len() > 1, "{}.{}", spec.name, param.name),
+                ParamKind::Switch { default } => assert_eq!(param.default() > 0.5, default),
             }
         }
     }
@@ -167,6 +168,11 @@ fn each_value_reaches_the_parameter_of_its_name() {
                     assert_eq!(printed.len(), options.len(), "{}: every option is another", param.name);
                     assert!(printed.iter().all(|text| text.contains(&format!("{}: ", param.name))));
                 }
+                ParamKind::Switch { .. } => {
+                    for (value, name) in [(0.0, "false"), (1.0, "true")] {
+                        assert!(print(value).contains(&format!("{}: {name}", param.name)), "{}", print(value));
+                    }
+                }
             }
         }
     }
@@ -183,6 +189,7 @@ fn the_ends_of_a_range_are_allowed_and_what_is_beyond_is_refused_by_name() {
                     let last = options.len() as f64 - 1.0;
                     ((0..options.len()).map(|option| option as f64).collect(), vec![last + 1.0, -1.0, 0.5, 1e300])
                 }
+                ParamKind::Switch { .. } => (vec![0.0, 1.0], vec![2.0, -1.0, 0.5]),
             };
             refused.extend([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
             for value in allowed {

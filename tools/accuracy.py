@@ -54,7 +54,7 @@ def parameter_sets() -> list[tuple[str, dict[str, Any]]]:
         rows.append((name, {}))
         for param in cls.PARAMS.values():
             if param.options and param.name not in ("integration", "gradient"):
-                rows += [(name, {param.name: option}) for option in param.options[1:]]
+                rows += [(name, {param.name: option}) for option in param.options if option != param.default]
         rows += [(name, {"preset": preset}) for preset in cls.PRESETS]
     return rows
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ahrs_rs import FILTERS, Filter
+from ahrs_rs import FILTERS, Filter, Param
 from ahrs_rs._special import SPECIAL
 
 STUB = Path(__file__).parents[1] / "python" / "ahrs_rs" / "filters.pyi"
@@ -28,8 +28,10 @@ def keywords(cls: type[Filter]) -> str:
     """The keyword arguments of a constructor."""
     lines = ["*", "rate: float | None = None"]
     for param in cls.PARAMS.values():
-        kind = "float" if param.options is None else f"Literal[{', '.join(map(quoted, param.options))}]"
-        default = param.default if isinstance(param.default, float) else quoted(param.default)
+        kind = attribute_type(param)
+        if isinstance(param.default, str):
+            kind = f"Literal[{', '.join(map(quoted, map(str, param.options or ())))}]"
+        default = quoted(param.default) if isinstance(param.default, str) else param.default
         lines.append(f"{param.name}: {kind} = {default}")
     lines += [
         'frame: Literal["ENU", "NED", "NWU"] = "ENU"',
@@ -40,13 +42,18 @@ def keywords(cls: type[Filter]) -> str:
     return ",\n        ".join(lines)
 
 
+def attribute_type(param: Param) -> str:
+    """The type of a parameter's value."""
+    return type(param.default).__name__
+
+
 def quoted(text: str) -> str:
     return f'"{text}"'
 
 
 def class_stub(cls: type[Filter]) -> str:
     attributes = [
-        f"    @property\n    def {param.name}(self) -> {'float' if param.options is None else 'str'}: ..."
+        f"    @property\n    def {param.name}(self) -> {attribute_type(param)}: ..."
         for param in cls.PARAMS.values()
     ]
     lines = [

@@ -31,17 +31,18 @@ class Param:
     """Meaning."""
     unit: str
     """SI unit, or empty."""
-    default: float | str
+    default: float | str | bool
     range: tuple[float, float] | None
     """Smallest and largest value of a number."""
-    options: tuple[str, ...] | None
-    """The values of a choice."""
+    options: tuple[str, ...] | tuple[bool, ...] | None
+    """The values of a choice, or (False, True) of a switch."""
 
     def encode(self, value: object) -> float:
         """The number by which the native side knows the value; ``ValueError`` where it is not allowed."""
         if self.options is not None:
-            if value in self.options:
-                return float(self.options.index(value))
+            kind = (bool, np.bool_) if isinstance(self.default, bool) else str
+            if isinstance(value, kind) and value in self.options:
+                return float(self.options.index(cast(Any, value)))
             raise ValueError(f"{self.name} must be one of {', '.join(map(repr, self.options))}, got {value!r}")
         if isinstance(value, (str, bytes, bool)) or np.ndim(cast(Any, value)) != 0:
             raise ValueError(f"{self.name} must be a number, got {value!r}")
@@ -83,7 +84,7 @@ class Filter(_native.NativeFilter):
     NAME: ClassVar[str]
     PARAMS: ClassVar[Mapping[str, Param]]
     OUTPUTS: ClassVar[Mapping[str, str]]
-    PRESETS: ClassVar[Mapping[str, Mapping[str, float | str]]]
+    PRESETS: ClassVar[Mapping[str, Mapping[str, float | str | bool]]]
     STREAMING: ClassVar[bool]
     EQUIVARIANCE: ClassVar[str]
     SOURCE: ClassVar[str]
@@ -98,7 +99,7 @@ class Filter(_native.NativeFilter):
     declination: float
     gyr_hold: str
     dtype: np.dtype[Any]
-    params: Mapping[str, float | str]
+    params: Mapping[str, float | str | bool]
     """The value of each parameter; also attributes of their own names."""
 
     def __new__(
@@ -165,7 +166,7 @@ class Filter(_native.NativeFilter):
         settings = {"frame": self.frame, "declination": self.declination, "gyr_hold": self.gyr_hold}
         return {"rate": self.rate, **self.params, **settings, "dtype": self.dtype}
 
-    def _settings(self) -> tuple[tuple[str, float | str], ...]:
+    def _settings(self) -> tuple[tuple[str, float | str | bool], ...]:
         keywords = {name: value for name, value in self._keywords().items() if name not in ("rate", "dtype")}
         return tuple(keywords.items())
 
@@ -325,7 +326,7 @@ def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot) ->
 def _param_property(param: Param) -> property:
     """The value of a parameter as an attribute."""
 
-    def value(self: Filter) -> float | str:
+    def value(self: Filter) -> float | str | bool:
         return self.params[param.name]
 
     return property(value, doc=param.doc)
@@ -363,7 +364,8 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
     """The class of a filter, from its description in the registry."""
     params = {entry["name"]: Param(**entry) for entry in spec["params"]}
     outputs = {
-        name: f"{doc}; shape (..., T, {', '.join(map(str, shape))})" for name, (doc, shape) in spec["outputs"].items()
+        name: f"{doc}; shape ({', '.join(['...', 'T', *map(str, shape)])})"
+        for name, (doc, shape) in spec["outputs"].items()
     }
     keyword = inspect.Parameter.KEYWORD_ONLY
     common = [p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword]
@@ -400,7 +402,7 @@ def class_doc(spec: Mapping[str, Any], params: Mapping[str, Param], outputs: Map
         lines += ["Parameters", "----------"]
     for param in params.values():
         if param.options is not None:
-            kind = " or ".join(f'"{option}"' for option in param.options)
+            kind = " or ".join(f'"{option}"' if isinstance(option, str) else str(option) for option in param.options)
         else:
             low, high = param.range or (0.0, 0.0)
             kind = f"{param.unit}, in [{low:g}, {high:g}]"

@@ -22,7 +22,7 @@ class State:
     """Name of the filter's class."""
     dtype: str
     """``"float32"`` or ``"float64"``."""
-    settings: tuple[tuple[str, float | str], ...]
+    settings: tuple[tuple[str, float | str | bool], ...]
     """Parameters and settings by name."""
     variables: tuple[float, ...]
     """The filter's variables, last angular rate, output sign and alignment."""
@@ -39,7 +39,7 @@ class State:
         if self.last_t is not None and not math.isfinite(self.last_t):
             raise ValueError(f"last_t: expected a finite stamp or None, got {self.last_t}")
 
-    def check(self, name: str, dtype: str, settings: tuple[tuple[str, float | str], ...]) -> None:
+    def check(self, name: str, dtype: str, settings: tuple[tuple[str, float | str | bool], ...]) -> None:
         """Raise a ``ValueError`` that says what differs, if the state is of another filter."""
         if self.filter != name:
             raise ValueError(f"state: expected a state of {name}, got one of {self.filter}")

@@ -44,4 +44,6 @@ registry! { $
     ekf::EKF,
     dcm_imu::DcmImu,
     mekf::MEKF,
+    vqf::VQF,
+    basic_vqf::BasicVQF,
 }

@@ -204,11 +204,17 @@ fn indices(options: &[&str]) -> Vec<f64> {
     (0..options.len()).map(|index| index as f64).collect()
 }
 
-/// Every combination of choices, numbers at their defaults; the defaults come first.
+/// Both values of a switch, the default first.
+fn switched(default: bool) -> Vec<f64> {
+    [default, !default].map(|on| f64::from(u8::from(on))).to_vec()
+}
+
+/// Every combination of choices and switches, numbers at their defaults; the defaults come first.
 pub fn choices(spec: &FilterSpec) -> Vec<Vec<f64>> {
     combinations(spec, |kind| match *kind {
         ParamKind::Real { default, .. } => vec![default],
         ParamKind::Choice { options } => indices(options),
+        ParamKind::Switch { default } => switched(default),
     })
 }
 
@@ -218,6 +224,7 @@ pub fn extremes(spec: &FilterSpec) -> Vec<Vec<f64>> {
     let of = |kind: &ParamKind| match *kind {
         ParamKind::Real { default, min, max, .. } => vec![default, min, max],
         ParamKind::Choice { options } => indices(options),
+        ParamKind::Switch { default } => switched(default),
     };
     if spec.params.iter().map(|param| of(&param.kind).len()).product::<usize>() <= 500 {
         return combinations(spec, of);

@@ -34,7 +34,7 @@ def test_description_of_a_filter_has_all_of_its_metadata(cls: type[ar.Filter], c
         default = param.default if param.options else f"{param.default:.6g}"
         assert f" {param.name} = {default} {param.unit}".rstrip() in text
         for option in param.options or ():
-            assert option in text
+            assert str(option) in text
     for name in (*cls.PRESETS, *cls.OUTPUTS):
         assert name in text
 

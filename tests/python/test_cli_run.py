@@ -60,7 +60,7 @@ def test_every_parameter_is_set_by_the_text_of_its_value(
     recording = ar.read(file)
     for param in cls.PARAMS.values():
         if param.options is not None:
-            value: float | str = param.options[-1]
+            value: float | str | bool = next(option for option in reversed(param.options) if option != param.default)
         else:
             assert param.range is not None
             value = min(max(0.5 * float(param.default) + 0.01, param.range[0]), param.range[1])

@@ -58,6 +58,12 @@ fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDi
                 dict.set_item("range", py.None())?;
                 dict.set_item("options", PyTuple::new(py, options)?)?;
             }
+            ParamKind::Switch { default } => {
+                dict.set_item("unit", "")?;
+                dict.set_item("default", default)?;
+                dict.set_item("range", py.None())?;
+                dict.set_item("options", PyTuple::new(py, [false, true])?)?;
+            }
         }
         Ok(dict)
     });
@@ -66,9 +72,13 @@ fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDi
     for preset in spec.presets {
         let values = PyDict::new(py);
         for (name, value) in preset.values {
-            match chosen(spec, name, *value) {
-                Some(option) => values.set_item(name, option)?,
-                None => values.set_item(name, value)?,
+            match spec.params.iter().find(|param| param.name == *name).map(|param| param.kind) {
+                Some(ParamKind::Choice { options }) => {
+                    let chosen = options.iter().enumerate().find(|&(index, _)| is_index(index, *value));
+                    values.set_item(name, chosen.map(|(_, option)| *option))?;
+                }
+                Some(ParamKind::Switch { .. }) => values.set_item(name, is_index(1, *value))?,
+                _ => values.set_item(name, value)?,
             }
         }
         presets.set_item(preset.name, values)?;
@@ -80,11 +90,4 @@ fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDi
     }
     filter.set_item("outputs", outputs)?;
     Ok(filter)
-}
-
-/// The name of a choice's value, or none where the parameter is a number.
-fn chosen(spec: &FilterSpec, name: &str, value: f64) -> Option<&'static str> {
-    let param = spec.params.iter().find(|param| param.name == name)?;
-    let ParamKind::Choice { options } = param.kind else { return None };
-    options.iter().enumerate().find(|&(index, _)| is_index(index, value)).map(|(_, option)| *option)
 }

@@ -48,7 +48,7 @@ class Choice:
     """A filter class with the parameters that were given; all others keep their defaults."""
 
     cls: type[Filter]
-    params: Mapping[str, float | str]
+    params: Mapping[str, float | str | bool]
 
     def make(self, rate: float, settings: Settings, frame: str | None = None) -> Filter:
         """The filter for a rate in Hz, in another earth frame than the settings' where one is given."""
@@ -74,9 +74,9 @@ class Choice:
         return f"{self.cls.NAME} {self.changes}".rstrip()
 
 
-def shown(value: float | str) -> str:
+def shown(value: float | str | bool) -> str:
     """A parameter's value for reading: six digits are enough."""
-    return value if isinstance(value, str) else f"{value:.6g}"
+    return str(value) if isinstance(value, (str, bool)) else f"{value:.6g}"
 
 
 def find_filter(name: str) -> type[Filter]:
@@ -90,7 +90,7 @@ def find_filter(name: str) -> type[Filter]:
 
 def choose(cls: type[Filter], preset: str | None, texts: Mapping[str, str]) -> Choice:
     """A filter with the values of a preset, over which the texts of ``--set`` go."""
-    params: dict[str, float | str] = {}
+    params: dict[str, float | str | bool] = {}
     if preset is not None:
         if preset not in cls.PRESETS:
             known = ", ".join(cls.PRESETS) or "none"
@@ -116,16 +116,18 @@ def unknown_parameter(owner: str, name: str, known: Iterable[str]) -> CliError:
     return CliError(f"{owner} no parameter {name!r}{_hint(name, names)}; there are {', '.join(names) or 'none'}")
 
 
-def _value(cls: type[Filter], name: str, text: str) -> float | str:
+def _value(cls: type[Filter], name: str, text: str) -> float | str | bool:
     param = cls.PARAMS.get(name)
     if param is None:
         raise unknown_parameter(f"{cls.NAME} has", name, cls.PARAMS)
-    value: float | str = text
+    value: float | str | bool = text
     if param.options is None:
         try:
             value = float(text)
         except ValueError:
             raise CliError(f"{cls.NAME}: {name} must be a number, got {text!r}") from None
+    elif isinstance(param.default, bool):
+        value = {"true": True, "false": False}.get(text.lower(), text)
     try:
         param.encode(value)
     except ValueError as error:

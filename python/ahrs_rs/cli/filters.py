@@ -129,7 +129,7 @@ def _mounting(cls: type[Filter]) -> str:
 
 def _allowed(param: Param) -> str:
     if param.options is not None:
-        return f"one of {', '.join(param.options)}"
+        return f"one of {', '.join(map(str, param.options))}"
     low, high = param.range or (-math.inf, math.inf)
     return f"from {low:g} to {high:g} {param.unit}".rstrip()
 

@@ -1,0 +1,195 @@
+//! Estimation of the gyroscope's bias (Laidig & Seel 2023, section 3.5): a Kalman filter of three constant states.
+//!
+//! In motion the rate by which the inclination has to be corrected shows the horizontal part of the bias, seen through the
+//! low-pass filter of the accelerometer; the vertical part is forgotten slowly. At rest the angular rate is the bias.
+//! Variances are in (0.01 °/s)², the bias in rad/s.
+
+use super::super::error_state::ErrorState;
+use super::super::kalman::diagonal;
+use crate::scalar::{Mask, Scalar};
+use crate::signal::{Coefficients, LowPass, Sum};
+use crate::so3::{Matrix3, Vec3};
+
+/// Variances are in the square of this part of a °/s.
+const UNIT: f64 = 0.01;
+/// 0.01 °/s in rad/s.
+const UNIT_RATE: f64 = UNIT * core::f64::consts::PI / 180.0;
+/// The standard deviation in °/s to which the bias walks within the forgetting time.
+const FORGOTTEN: f64 = 0.1;
+/// The least vertical forgetting factor.
+const LEAST_FORGETTING: f64 = 1e-10;
+
+/// The parameters of the estimation: standard deviations in °/s, as published.
+#[derive(Clone, Debug)]
+pub struct Uncertainty<S> {
+    /// At the start.
+    pub initial: S,
+    /// Time in s in which a standard deviation of 0.1 °/s is forgotten.
+    pub forgetting_time: S,
+    /// In motion, in the steady state.
+    pub motion: S,
+    /// At rest, in the steady state.
+    pub rest: S,
+    /// How much of the horizontal information the vertical direction gets.
+    pub vertical_forgetting: S,
+}
+
+/// Variances for a time between measurements.
+#[derive(Clone, Copy, Debug)]
+struct Noise<S> {
+    /// The time; negative before the first.
+    interval: S,
+    /// What the bias walks in it.
+    walk: S,
+    /// Of a measurement in motion, horizontal and vertical, and at rest.
+    motion: S,
+    vertical: S,
+    rest: S,
+}
+
+/// The estimate of the gyroscope's bias.
+#[derive(Clone, Debug)]
+pub struct Bias<S: Scalar> {
+    uncertainty: Uncertainty<S>,
+    noise: Noise<S>,
+    value: [Sum<S>; 3],
+    error: ErrorState<S, 3>,
+    /// The rows of the rotation matrix, and the horizontal bias in the earth frame, low-pass filtered as the specific force.
+    seen: LowPass<S, 11>,
+}
+
+impl<S: Scalar> Bias<S> {
+    /// Before the first sample.
+    pub fn new(uncertainty: Uncertainty<S>) -> Self {
+        let zero = S::zero();
+        Bias {
+            noise: Noise { interval: -S::one(), walk: zero, motion: zero, vertical: zero, rest: zero },
+            value: [Sum::new(zero); 3],
+            error: ErrorState::new(diagonal(|_| variance(uncertainty.initial))),
+            seen: LowPass::new(),
+            uncertainty,
+        }
+    }
+
+    /// The bias in rad/s.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn value(&self) -> Vec3<S> {
+        let [x, y, z] = self.value;
+        Vec3::new(x.value, y.value, z.value)
+    }
+
+    /// Its standard deviation in rad/s: of the largest eigenvalue an upper bound, and never more than at the start.
+    pub fn sigma(&self) -> S {
+        let p = &self.error.p;
+        let largest = p.row_iter().fold(S::zero(), |largest, row| {
+            largest.max(row.iter().fold(S::zero(), |sum, entry| sum + entry.abs()))
+        });
+        largest.min(variance(self.uncertainty.initial)).sqrt() * S::of(UNIT_RATE)
+    }
+
+    /// Takes what a sample of the accelerometer shows where the mask is true.
+    ///
+    /// `r` is the attitude after the inclination's correction and `up` the direction of the low-pass filtered force before
+    /// it, both in the earth frame; the sample comes `interval` after the one before. At `rest` the angular rate `rate` is
+    /// the bias; where that is not so the sample counts if `in_motion`. No error counts more than `clip` (rad/s).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn step(
+        &mut self,
+        lanes: S::Mask,
+        (r, up): (Matrix3<S>, Vec3<S>),
+        (interval, coefficients): (S, &Coefficients<S>),
+        (rest, rate): (S::Mask, Vec3<S>),
+        in_motion: bool,
+        clip: S,
+    ) {
+        let bias = self.value();
+        let earth = [r.x.dot(bias), r.y.dot(bias)];
+        let x = [r.x.x, r.x.y, r.x.z, r.y.x, r.y.y, r.y.z, r.z.x, r.z.y, r.z.z, earth[0], earth[1]];
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz, east, north] = self.seen.step(lanes, x, coefficients);
+        let (seen_x, seen_y, seen_z) = (Vec3::new(xx, xy, xz), Vec3::new(yx, yy, yz), Vec3::new(zx, zy, zz));
+
+        // Nothing is known of no time.
+        let lanes = lanes & S::zero().lt(interval);
+        if !lanes.any() {
+            return;
+        }
+        self.set_interval(lanes, interval);
+        let (noise, initial) = (self.noise, variance(self.uncertainty.initial));
+        self.error.predict(lanes, |p| {
+            for i in 0..3 {
+                if let Some(p) = p.get_mut((i, i)) {
+                    *p = S::select(p.lt(initial), *p + noise.walk, *p);
+                }
+            }
+        });
+
+        let lanes = if in_motion { lanes } else { lanes & rest };
+        if !lanes.any() {
+            return;
+        }
+        let (one, zero) = (S::one(), S::zero());
+        let known = rate - bias;
+        let choose = |axis: Vec3<S>, direction: Vec3<S>| {
+            let h = Vec3::select(rest, axis, direction);
+            [h.x, h.y, h.z]
+        };
+        let measurements = [
+            (choose(Vec3::new(one, zero, zero), seen_x), known.x, east - up.y / interval - seen_x.dot(bias), noise.motion),
+            (choose(Vec3::new(zero, one, zero), seen_y), known.y, north + up.x / interval - seen_y.dot(bias), noise.motion),
+            (choose(Vec3::new(zero, zero, one), seen_z), known.z, -seen_z.dot(bias), noise.vertical),
+        ];
+        for (h, at_rest, moving, moving_noise) in measurements {
+            let z = S::select(rest, at_rest, moving).min(clip).max(-clip);
+            self.error.measure::<0, 3>(lanes, h, z, S::select(rest, noise.rest, moving_noise));
+        }
+        let correction = self.error.take(|| diagonal(|_| initial));
+        for (sum, term) in self.value.iter_mut().zip(correction.iter()) {
+            let corrected = sum.plus(*term);
+            let corrected = corrected.with_value(corrected.value.min(clip).max(-clip));
+            *sum = Sum::select(lanes, corrected, *sum);
+        }
+    }
+
+    /// The variances for the time between two measurements, chosen so that the steady states have the parameters' standard
+    /// deviations: of p = p w/(p + w) + v, w = p²/v + p.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn set_interval(&mut self, lanes: S::Mask, interval: S) {
+        let interval = S::select(lanes, interval, self.noise.interval);
+        if (interval.lt(self.noise.interval) | self.noise.interval.lt(interval)).any() {
+            let of = &self.uncertainty;
+            // A bias that is forgotten altogether has the variance of the start.
+            let walk = (variance(S::of(FORGOTTEN)) * interval / of.forgetting_time).min(variance(of.initial));
+            let measured = |sigma: S| variance(sigma) * variance(sigma) / walk + variance(sigma);
+            let motion = measured(of.motion);
+            let vertical = motion / of.vertical_forgetting.max(S::of(LEAST_FORGETTING));
+            self.noise = Noise { interval, walk, motion, vertical, rest: measured(of.rest) };
+        }
+    }
+
+    /// The covariance in (0.01 °/s)².
+    pub fn covariance(&self) -> [Vec3<S>; 3] {
+        let p = &self.error.p;
+        [0, 1, 2].map(|j| {
+            let column = p.column(j);
+            let mut entries = column.iter().copied();
+            let mut next = || entries.next().unwrap_or(S::zero());
+            Vec3::new(next(), next(), next())
+        })
+    }
+
+    /// Calls `visit` for each variable.
+    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        for sum in &mut self.value {
+            sum.each(visit);
+        }
+        self.error.each(visit);
+        self.seen.each(visit);
+    }
+}
+
+/// The variance in (0.01 °/s)² of a standard deviation in °/s.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn variance<S: Scalar>(sigma: S) -> S {
+    let units = sigma * S::of(1.0 / UNIT);
+    units * units
+}

@@ -1,0 +1,88 @@
+//! Heading correction (Laidig & Seel 2023, section 3.4): the angle δ about the vertical from the attitude by gyroscope and
+//! accelerometer to that with the magnetometer.
+
+use super::super::field::VERTICAL_FIELD;
+use crate::scalar::{Mask, Scalar};
+use crate::signal::Sum;
+use crate::so3::{Quat, Vec3};
+use crate::trig::{atan2, sin_cos, wrap};
+
+/// The heading offset δ, corrected by a first-order filter whose weight falls from one at the start.
+#[derive(Clone, Debug)]
+pub struct Heading<S> {
+    /// δ in rad, in [−π, π].
+    delta: Sum<S>,
+    /// The least weight of the next sample: 1/n for the n-th, zero after the start.
+    least: S,
+}
+
+impl<S: Scalar> Heading<S> {
+    /// Before the first sample.
+    pub fn new() -> Self {
+        Heading { delta: Sum::new(S::zero()), least: S::one() }
+    }
+
+    /// δ in rad.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn delta(&self) -> S {
+        self.delta.value
+    }
+
+    /// Takes the heading as it is for that of the start: a sample weighs no more than later ones.
+    pub fn start(&mut self) {
+        self.least = S::zero();
+    }
+
+    /// The attitude turned by δ.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn applied_to(&self, q: Quat<S>) -> Quat<S> {
+        turned(q, self.delta.value)
+    }
+
+    /// The attitude that δ turns to a given one.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn removed_from(&self, q: Quat<S>) -> Quat<S> {
+        turned(q, -self.delta.value)
+    }
+
+    /// Corrects by the magnetic field in the earth frame of the attitude by gyroscope and accelerometer, with a sample's
+    /// `weight` and the `time` that `tau` counts for (the interval since the last sample, the time constant).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn correct(&mut self, lanes: S::Mask, field: Vec3<S>, weight: S, [time, tau]: [S; 2]) {
+        let off = wrap(atan2(field.x, field.y) - self.delta.value);
+        let turned = self.delta.plus(weight.max(self.least) * off);
+        let turned = turned.with_value(wrap(turned.value));
+        self.delta = if lanes.all() { turned } else { Sum::select(lanes, turned, self.delta) };
+        let starting = lanes & S::zero().lt(self.least);
+        if starting.any() {
+            let next = self.least / (self.least + S::one());
+            let next = S::select((next * tau).lt(time), S::zero(), next);
+            self.least = S::select(starting, next, self.least);
+        }
+    }
+
+    /// Calls `visit` for each variable.
+    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.delta.each(visit);
+        visit(&mut self.least);
+    }
+}
+
+/// An attitude turned about the vertical.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn turned<S: Scalar>(q: Quat<S>, angle: S) -> Quat<S> {
+    let off = S::zero().lt(angle.abs());
+    if !off.any() {
+        return q;
+    }
+    let (sin, cos) = sin_cos(S::of(0.5) * angle);
+    let turned = Quat::new(cos * q.w - sin * q.z, cos * q.x - sin * q.y, cos * q.y + sin * q.x, cos * q.z + sin * q.w);
+    if off.all() { turned } else { Quat::select(off, turned, q) }
+}
+
+/// Where a field in the earth frame has a heading: where it is not vertical.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn has_heading<S: Scalar>(field: Vec3<S>) -> S::Mask {
+    let horizontal2 = field.x * field.x + field.y * field.y;
+    (S::of(VERTICAL_FIELD * VERTICAL_FIELD) * (horizontal2 + field.z * field.z)).le(horizontal2)
+}

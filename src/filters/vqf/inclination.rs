@@ -1,0 +1,100 @@
+//! Strapdown integration and inclination correction (Laidig & Seel 2023, sections 3.2 and 3.3).
+//!
+//! Three frames: that of the sensor, the *almost inertial* one in which the gyroscope alone holds the sensor's attitude and
+//! which only its bias turns, and the earth frame with z up.
+
+use super::super::kalman::saturated;
+use crate::scalar::{Mask, Scalar};
+use crate::signal::{Coefficients, LowPass};
+use crate::so3::{Quat, Vec3, rotate_by};
+
+/// Standard gravity in m/s²: of a given attitude, the specific force that goes with it.
+const GRAVITY: f64 = 9.80665;
+/// The largest specific force that is used, in m/s².
+const LARGEST_FORCE: f64 = 1e6;
+/// The smallest low-pass filtered specific force that has a direction, in m/s².
+const SMALLEST_FORCE: f64 = 1e-12;
+
+/// The attitude by gyroscope and accelerometer.
+#[derive(Clone, Debug)]
+pub struct Inclination<S> {
+    /// From the sensor to the almost inertial frame.
+    gyr: Quat<S>,
+    /// From the almost inertial frame to the earth.
+    acc: Quat<S>,
+    /// The specific force in the almost inertial frame.
+    force: LowPass<S, 3>,
+}
+
+impl<S: Scalar> Inclination<S> {
+    /// At the identity, before the first sample.
+    pub fn new() -> Self {
+        Inclination { gyr: Quat::identity(), acc: Quat::identity(), force: LowPass::new() }
+    }
+
+    /// The attitude, whose heading drifts.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn attitude(&self) -> Quat<S> {
+        self.acc * self.gyr
+    }
+
+    /// Starts from an attitude: the specific force has pointed along its vertical for a long time.
+    pub fn start_from(&mut self, q: Quat<S>, coefficients: &Coefficients<S>) {
+        (self.gyr, self.acc) = (Quat::identity(), q);
+        let force = q.matrix().z * S::of(GRAVITY);
+        self.force = LowPass::at([force.x, force.y, force.z], coefficients);
+    }
+
+    /// Sets the attitude and keeps what the almost inertial frame has seen.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.acc = Quat::select(lanes, (q * self.gyr.conj()).renormalized(), self.acc);
+    }
+
+    /// Turns by the angular rate over the step (section 3.2).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn turn(&mut self, rate: Vec3<S>, dt: S) {
+        self.gyr = rotate_by(self.gyr, rate, dt);
+    }
+
+    /// Corrects the inclination by the shortest rotation that takes the low-pass filtered specific force to up (section
+    /// 3.3). Gives its direction in the earth frame before the correction, and where there is one.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn correct(
+        &mut self,
+        lanes: S::Mask,
+        force: Vec3<S>,
+        coefficients: &Coefficients<S>,
+    ) -> (Vec3<S>, S::Mask) {
+        let force = saturated(force, S::of(LARGEST_FORCE));
+        let slow = self.force.step_vector(lanes, self.gyr.rotate(force), coefficients);
+        let up = self.acc.rotate(slow);
+        let norm2 = up.norm2();
+        let norm = norm2.sqrt();
+        let lanes = lanes & S::of(SMALLEST_FORCE * SMALLEST_FORCE).le(norm2);
+        // Proportional to (|up| + up·z, up × z), whose squared norm is 2 |up| (|up| + up·z), without cancellation near −z.
+        let mut w = norm + up.z;
+        let lower = up.z.lt(S::zero());
+        if lower.any() {
+            w = S::select(lower, (up.x * up.x + up.y * up.y) / (norm - up.z), w);
+        }
+        let size2 = S::of(2.0) * norm * w;
+        let scale = S::one() / size2.sqrt();
+        let zero = S::zero();
+        let mut correction = Quat::new(w * scale, up.y * scale, -(up.x * scale), zero);
+        let upright = size2.is_normal_norm2();
+        if !upright.all() {
+            correction = Quat::select(upright, correction, Quat::of([0.0, 1.0, 0.0, 0.0]));
+        }
+        let corrected = correction * self.acc.renormalized();
+        self.acc = if lanes.all() { corrected } else { Quat::select(lanes, corrected, self.acc) };
+        (up * (S::one() / norm), lanes)
+    }
+
+    /// Calls `visit` for each variable.
+    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.gyr.each(visit);
+        self.acc.each(visit);
+        self.force.each(visit);
+    }
+}
