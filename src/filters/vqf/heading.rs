@@ -5,7 +5,7 @@ use super::super::field::VERTICAL_FIELD;
 use crate::scalar::{Mask, Scalar};
 use crate::signal::Sum;
 use crate::so3::{Quat, Vec3};
-use crate::trig::{atan2, sin_cos, wrap};
+use crate::trig::{atan2, sinc_cos_kernel, wrap};
 
 /// The heading offset δ, corrected by a first-order filter whose weight falls from one at the start.
 #[derive(Clone, Debug)]
@@ -68,14 +68,18 @@ impl<S: Scalar> Heading<S> {
     }
 }
 
-/// An attitude turned about the vertical.
+/// An attitude turned about the vertical by an angle in [−π, π].
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn turned<S: Scalar>(q: Quat<S>, angle: S) -> Quat<S> {
     let off = S::zero().lt(angle.abs());
     if !off.any() {
         return q;
     }
-    let (sin, cos) = sin_cos(S::of(0.5) * angle);
+    // Half the angle, from a quarter of it: |angle|/4 ≤ π/4 needs no reduction.
+    let quarter = S::of(0.25) * angle;
+    let (sinc, cos) = sinc_cos_kernel(quarter * quarter);
+    let double_sin = S::of(2.0) * (quarter * sinc);
+    let (sin, cos) = (double_sin * cos, S::one() - S::of(0.5) * (double_sin * double_sin));
     let turned = Quat::new(cos * q.w - sin * q.z, cos * q.x - sin * q.y, cos * q.y + sin * q.x, cos * q.z + sin * q.w);
     if off.all() { turned } else { Quat::select(off, turned, q) }
 }

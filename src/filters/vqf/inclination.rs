@@ -79,14 +79,14 @@ impl<S: Scalar> Inclination<S> {
             w = S::select(lower, (up.x * up.x + up.y * up.y) / (norm - up.z), w);
         }
         let size2 = S::of(2.0) * norm * w;
-        let scale = S::one() / size2.sqrt();
-        let zero = S::zero();
-        let mut correction = Quat::new(w * scale, up.y * scale, -(up.x * scale), zero);
+        // The product is formed while the root is waited for.
+        let turned = Quat::new(w, up.y, -up.x, S::zero()) * self.acc.renormalized();
+        let mut corrected = turned.scale(S::one() / size2.sqrt());
         let upright = size2.is_normal_norm2();
         if !upright.all() {
-            correction = Quat::select(upright, correction, Quat::of([0.0, 1.0, 0.0, 0.0]));
+            let half_turn = Quat::of([0.0, 1.0, 0.0, 0.0]) * self.acc.renormalized();
+            corrected = Quat::select(upright, corrected, half_turn);
         }
-        let corrected = correction * self.acc.renormalized();
         self.acc = if lanes.all() { corrected } else { Quat::select(lanes, corrected, self.acc) };
         (up * (S::one() / norm), lanes)
     }
