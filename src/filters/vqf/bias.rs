@@ -4,8 +4,10 @@
 //! low-pass filter of the accelerometer; the vertical part is forgotten slowly. At rest the angular rate is the bias.
 //! Variances are in (0.01 °/s)², the bias in rad/s.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use super::super::error_state::ErrorState;
-use super::super::kalman::diagonal;
+use super::super::kalman::{Square, diagonal};
 use crate::scalar::{Mask, Scalar};
 use crate::signal::{Coefficients, LowPass, Sum};
 use crate::so3::{Matrix3, Vec3};
@@ -115,13 +117,11 @@ impl<S: Scalar> Bias<S> {
         }
         self.set_interval(lanes, interval);
         let (noise, initial) = (self.noise, variance(self.uncertainty.initial));
-        self.error.predict(lanes, |p| {
-            for i in 0..3 {
-                if let Some(p) = p.get_mut((i, i)) {
-                    *p = S::select(p.lt(initial), *p + noise.walk, *p);
-                }
-            }
-        });
+        let mut p = self.error.p;
+        for i in 0..3 {
+            p[(i, i)] = S::select(p[(i, i)].lt(initial), p[(i, i)] + noise.walk, p[(i, i)]);
+        }
+        self.error.set_covariance(lanes, &p);
 
         let lanes = if in_motion { lanes } else { lanes & rest };
         if !lanes.any() {
@@ -129,18 +129,15 @@ impl<S: Scalar> Bias<S> {
         }
         let (one, zero) = (S::one(), S::zero());
         let known = rate - bias;
-        let choose = |axis: Vec3<S>, direction: Vec3<S>| {
-            let h = Vec3::select(rest, axis, direction);
-            [h.x, h.y, h.z]
-        };
         let measurements = [
-            (choose(Vec3::new(one, zero, zero), seen_x), known.x, east - up.y / interval - seen_x.dot(bias), noise.motion),
-            (choose(Vec3::new(zero, one, zero), seen_y), known.y, north + up.x / interval - seen_y.dot(bias), noise.motion),
-            (choose(Vec3::new(zero, zero, one), seen_z), known.z, -seen_z.dot(bias), noise.vertical),
+            (Vec3::new(one, zero, zero), known.x, seen_x, east - up.y / interval, noise.motion),
+            (Vec3::new(zero, one, zero), known.y, seen_y, north + up.x / interval, noise.motion),
+            (Vec3::new(zero, zero, one), known.z, seen_z, zero, noise.vertical),
         ];
-        for (h, at_rest, moving, moving_noise) in measurements {
-            let z = S::select(rest, at_rest, moving).min(clip).max(-clip);
-            self.error.measure::<0, 3>(lanes, h, z, S::select(rest, noise.rest, moving_noise));
+        for (axis, error_at_rest, seen, shown, in_motion) in measurements {
+            let h = Vec3::select(rest, axis, seen);
+            let z = S::select(rest, error_at_rest, shown - seen.dot(bias)).min(clip).max(-clip);
+            self.error.measure::<0, 3>(lanes, [h.x, h.y, h.z], z, S::select(rest, noise.rest, in_motion));
         }
         let correction = self.error.take(|| diagonal(|_| initial));
         for (sum, term) in self.value.iter_mut().zip(correction.iter()) {
@@ -150,8 +147,7 @@ impl<S: Scalar> Bias<S> {
         }
     }
 
-    /// The variances for the time between two measurements, chosen so that the steady states have the parameters' standard
-    /// deviations: of p = p w/(p + w) + v, w = p²/v + p.
+    /// The variances for the time between two measurements.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn set_interval(&mut self, lanes: S::Mask, interval: S) {
         let interval = S::select(lanes, interval, self.noise.interval);
@@ -159,22 +155,15 @@ impl<S: Scalar> Bias<S> {
             let of = &self.uncertainty;
             // A bias that is forgotten altogether has the variance of the start.
             let walk = (variance(S::of(FORGOTTEN)) * interval / of.forgetting_time).min(variance(of.initial));
-            let measured = |sigma: S| variance(sigma) * variance(sigma) / walk + variance(sigma);
-            let motion = measured(of.motion);
+            let motion = measured(variance(of.motion), walk);
             let vertical = motion / of.vertical_forgetting.max(S::of(LEAST_FORGETTING));
-            self.noise = Noise { interval, walk, motion, vertical, rest: measured(of.rest) };
+            self.noise = Noise { interval, walk, motion, vertical, rest: measured(variance(of.rest), walk) };
         }
     }
 
     /// The covariance in (0.01 °/s)².
-    pub fn covariance(&self) -> [Vec3<S>; 3] {
-        let p = &self.error.p;
-        [0, 1, 2].map(|j| {
-            let column = p.column(j);
-            let mut entries = column.iter().copied();
-            let mut next = || entries.next().unwrap_or(S::zero());
-            Vec3::new(next(), next(), next())
-        })
+    pub fn covariance(&self) -> Square<S, 3> {
+        self.error.p
     }
 
     /// Calls `visit` for each variable.
@@ -192,4 +181,11 @@ impl<S: Scalar> Bias<S> {
 fn variance<S: Scalar>(sigma: S) -> S {
     let units = sigma * S::of(1.0 / UNIT);
     units * units
+}
+
+/// The variance w of a measurement with which the variance comes to p where the walk v is added in every step, from
+/// p = (p + v) w/(p + v + w).
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn measured<S: Scalar>(p: S, walk: S) -> S {
+    p * p / walk + p
 }

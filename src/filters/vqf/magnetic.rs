@@ -141,14 +141,13 @@ impl<S: Scalar> Magnetic<S> {
         let lessened = S::select(rejecting, zero, weight / limits.rejection_factor);
         let weight = S::select(disturbed, lessened, weight);
 
-        let flag = |mask: S::Mask| S::select(mask & zero.lt(reference.norm), one, zero);
-        let keep = |new: S, old: S| S::select(lanes, new, old);
-        self.leaves_out = keep(flag(rejecting), zero);
-        self.lessens = keep(flag(disturbed & !rejecting), zero);
-        self.disturbed = keep(S::select(disturbed, one, zero), self.disturbed);
-        self.undisturbed = keep(undisturbed, self.undisturbed);
-        self.turned = keep(turned, self.turned);
-        self.rejected = keep(rejected, self.rejected);
+        let is_known = lanes & zero.lt(reference.norm);
+        self.leaves_out = S::select(is_known & rejecting, one, zero);
+        self.lessens = S::select(is_known & disturbed & !rejecting, one, zero);
+        self.disturbed = S::select(lanes, S::select(disturbed, one, zero), self.disturbed);
+        self.undisturbed = S::select(lanes, undisturbed, self.undisturbed);
+        self.turned = S::select(lanes, turned, self.turned);
+        self.rejected = S::select(lanes, rejected, self.rejected);
         self.reference = Shape::select(lanes, reference, self.reference);
         self.candidate = Shape::select(lanes, candidate, self.candidate);
         weight
