@@ -131,6 +131,8 @@ pub struct Case {
     pub lanes: usize,
     pub real: &'static str,
     pub epsilon: f64,
+    /// Whether the first sample is a step like any other.
+    pub starts_itself: bool,
     make: fn(&[f64], Settings) -> Box<dyn Bank>,
 }
 
@@ -149,6 +151,7 @@ fn case<S: Scalar, F: Filter<S> + 'static>() -> Case {
         lanes: S::LANES,
         real: if S::Real::EPSILON.to_f64() > 1e-10 { "f32" } else { "f64" },
         epsilon: S::Real::EPSILON.to_f64(),
+        starts_itself: F::STARTS_ITSELF,
         make: |params, settings| {
             let estimator = Estimator::<S, F>::new(&F::Params::from_values(params).unwrap(), settings);
             Box::new(Running { quat: estimator.quat(), flags: Flags::none(), estimator })

@@ -25,6 +25,7 @@ from settling import (
     madgwick,
     mahony,
     mekf,
+    vqf,
 )
 from signals import RATE, Signals
 
@@ -117,6 +118,9 @@ MEKF_FLOAT32 = 5e-3
 #: Of the inclination 7e-4. The accelerometer is believed to a hundredth of its noise, so that the heading, which it
 #: seems to show while the sensor turns, is thrown about by 50° at the start and rounding with it: 0.08.
 EKF_FLOAT32 = 0.34
+
+#: A bias that is learnt, as MEKF's.
+VQF_FLOAT32 = 5e-3
 
 PAPER = "the part of the published gradient along q depends on the axes"
 
@@ -231,6 +235,27 @@ CASES: list[Case] = [
         acc_length=True,
         level_start=DIP_OF_START,
     ),
+    Case("vqf", "VQF", {}, VQF_FLOAT32, vqf(), bias_left=ARRIVED, agreement=KALMAN, acc_length=True),
+    Case(
+        "vqf-orientation",
+        "VQF",
+        {"motion_bias_est_enabled": False, "rest_bias_est_enabled": False, "mag_dist_rejection_enabled": False},
+        FEEDBACK,
+        vqf(lessened=1.0, bias=False),
+        agreement=KALMAN,
+        acc_length=True,
+    ),
+    # In motion the vertical bias is not seen, so that at rest it is not found either.
+    Case(
+        "vqf-motion",
+        "VQF",
+        {"rest_bias_est_enabled": False, "tau_acc": 1.0, "tau_mag": 3.0},
+        VQF_FLOAT32,
+        vqf(tau_acc=1.0, tau_mag=3.0),
+        agreement=KALMAN,
+        acc_length=True,
+    ),
+    Case("basic-vqf", "BasicVQF", {}, FEEDBACK, vqf(lessened=1.0, bias=False), agreement=KALMAN, acc_length=True),
 ]
 
 

@@ -20,6 +20,7 @@ from .mahony import Mahony
 from .mekf import MEKF
 from .tilt import Ecompass, Tilt
 from .trigonometric import Trigonometric
+from .vqf import VQF, BasicVQF
 
 ORACLES: dict[str, type[Any]] = {
     "GyroIntegration": GyroIntegration,
@@ -33,6 +34,8 @@ ORACLES: dict[str, type[Any]] = {
     "EKF": EKF,
     "DcmImu": DcmImu,
     "MEKF": MEKF,
+    "VQF": VQF,
+    "BasicVQF": BasicVQF,
 }
 
 

@@ -35,7 +35,7 @@ NOT_ALIGNED = 64
 ANGLE_RANGE = 1e6
 MAX_DT = 1e6
 
-# What a filter may report beside attitude and bias.
+# What a filter may report beside attitude and bias, if it has no such list of its own.
 OUTPUTS = ("covariance", "innovation", "nis")
 
 # output = c ⊗ q, from the internal ENU to the frame asked for
@@ -50,7 +50,8 @@ class OracleFilter(Protocol):
     """What the driver needs of a filter.
 
     Attributes that it may have: `bias` and those of `OUTPUTS` are reported after every sample, `flags` are the status
-    bits of its last step.
+    bits of its last step. If `starts_itself` is true it takes its start from the first measurements, with the time step
+    of the first sample, and from a given attitude by `start_from`.
     """
 
     @property
@@ -99,10 +100,12 @@ class Driver:
         self.last_output: Quat | None = None
         self.inclined = self.heading_set = q0 is not None
         self.magnetic = False
+        self.starts_itself = starts_itself(filter_)
         if q0 is None:
             self.filter.set_attitude(IDENTITY)
         else:
-            self.filter.set_attitude(normalize(multiply(conjugate(self.frame_turn), q0)))
+            start = getattr(self.filter, "start_from", self.filter.set_attitude)
+            start(normalize(multiply(conjugate(self.frame_turn), q0)))
 
     def feed(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> tuple[Quat, int]:
         """One sample, acc or mag None where the array is not given at all; returns output and status."""
@@ -138,23 +141,23 @@ class Driver:
             self.filter.set_attitude(multiply(about_z(self.declination), self.filter.q))
             self.magnetic = True
 
-        self.filter.step(
-            rate,
-            acc if acc_ok and self.inclined else None,
-            mag if mag_ok and self.heading_set else None,
-            dt,
-        )
+        use_acc, use_mag = self.inclined, self.heading_set
+        if self.starts_itself:
+            use_acc, use_mag = True, self.inclined or acc_ok
+        self.filter.step(rate, acc if acc_ok and use_acc else None, mag if mag_ok and use_mag else None, dt)
         status |= getattr(self.filter, "flags", 0)
 
         if acc is not None and acc_ok and not self.inclined:
             q = self.filter.q
-            self.filter.set_attitude(multiply(shortest_to_z(rotate(q, unit(acc))), q))
+            if not self.starts_itself:
+                self.filter.set_attitude(multiply(shortest_to_z(rotate(q, unit(acc))), q))
             self.inclined = True
         if mag is not None and mag_ok and self.inclined and not self.heading_set:
             q = self.filter.q
             turn = north_turn(rotate(q, unit(mag)))
             if turn is not None:
-                self.filter.set_attitude(multiply(turn, q))
+                if not self.starts_itself:
+                    self.filter.set_attitude(multiply(turn, q))
                 self.heading_set = self.magnetic = True
         if not self.inclined:
             status |= NOT_ALIGNED
@@ -178,8 +181,13 @@ class Driver:
         return q
 
 
-def time_steps(n: int, t: ArrayLike | None, rate: float | None, q0_given: bool) -> list[float]:
-    """Time step of every sample in s; that of sample 0 is zero unless a q0, one step before it, is given."""
+def starts_itself(filter_: OracleFilter) -> bool:
+    """Whether the first sample is a step like any other."""
+    return bool(getattr(filter_, "starts_itself", False))
+
+
+def time_steps(n: int, t: ArrayLike | None, rate: float | None, first_counts: bool) -> list[float]:
+    """Time step of every sample in s; that of sample 0 is zero unless it counts: for a q0, which is one step before it."""
     if t is not None:
         times = np.asarray(t, dtype=np.float64)
         if times.shape != (n,):
@@ -193,9 +201,9 @@ def time_steps(n: int, t: ArrayLike | None, rate: float | None, q0_given: bool) 
     else:
         raise ValueError("rate: expected rate or t, got neither")
     first = 0.0
-    if q0_given and rate is not None:
+    if first_counts and rate is not None:
         first = 1.0 / rate
-    elif q0_given and n > 1:  # one sample and its time alone tell no step
+    elif first_counts and n > 1:  # one sample and its time alone tell no step
         first = float(later[0])
     return [first, *later.tolist()]
 
@@ -236,13 +244,13 @@ def drive(
         w, x, y, z = np.asarray(q0, dtype=np.float64).tolist()
         start = (w, x, y, z)
     driver = Driver(filter_, start, frame, declination, gyr_hold)
-    steps = time_steps(n, t, rate, q0 is not None)
+    steps = time_steps(n, t, rate, q0 is not None or starts_itself(filter_))
     samples = zip(rows("gyr", gyr, n), rows("acc", acc, n), rows("mag", mag, n), steps[:n], strict=True)
 
     quat = np.empty((n, 4))
     bias = np.empty((n, 3)) if hasattr(filter_, "bias") else None
     status = np.empty(n, dtype=np.uint8)
-    extra: dict[str, list[Any]] = {name: [] for name in OUTPUTS if hasattr(filter_, name)}
+    extra: dict[str, list[Any]] = {name: [] for name in getattr(filter_, "OUTPUTS", OUTPUTS) if hasattr(filter_, name)}
     for k, (w_k, a_k, m_k, dt) in enumerate(samples):
         quat[k], status[k] = driver.feed(w_k, a_k, m_k, dt)
         if bias is not None:
