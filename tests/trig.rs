@@ -16,7 +16,7 @@ mod random;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-use ahrs_rs::trig::{atan2, sin_cos, wrap};
+use ahrs_rs::trig::{atan2, one_minus_exp, sin_cos, wrap};
 use ahrs_rs::{Pair, Real, Scalar};
 use double_double::{DoubleDouble, ulps};
 use random::Random;
@@ -317,6 +317,56 @@ fn wrap_leaves_angles_within_half_a_turn_alone() {
     }
 }
 
+/// 1 − e^(−x) to some 100 bits: the Taylor series of a 1024th of the argument, doubled ten times.
+fn exact_one_minus_exp(x: f64) -> DoubleDouble {
+    let y = DoubleDouble::from(x / 1024.0);
+    let (mut term, mut sum) = (y, y);
+    for k in 2..20_u32 {
+        term = -(term * y / DoubleDouble::from(f64::from(k)));
+        sum = sum + term;
+    }
+    (0..10).fold(sum, |r, _| r * (DoubleDouble::from(2.0) - r))
+}
+
+#[test]
+fn one_minus_exp_f64_is_within_6_ulp() {
+    let mut worst = Worst::none();
+    let mut random = Random(10);
+    let mut see = |x: f64| worst.see(ulps(one_minus_exp(x), exact_one_minus_exp(x)), (x, 0.0));
+    for k in 1..100_000 {
+        see(f64::from(k) * 5e-4);
+    }
+    for _ in 0..80_000 {
+        see(random.spread(-290.0, 1.7).abs());
+    }
+    worst.assert_within(6.0, "one_minus_exp f64");
+}
+
+#[test]
+fn one_minus_exp_f32_is_within_6_ulp() {
+    let mut worst = Worst::none();
+    // Every 61st number up to 100; below 1e-30 a term of the series is subnormal.
+    for bits in (1e-30_f32.to_bits()..100.0_f32.to_bits()).step_by(61) {
+        let x = f32::from_bits(bits);
+        let exact = -(-f64::from(x)).exp_m1();
+        worst.see((f64::from(one_minus_exp(x)) - exact).abs() / ulp_f32(exact), (f64::from(x), 0.0));
+    }
+    worst.assert_within(6.0, "one_minus_exp f32");
+}
+
+#[test]
+fn one_minus_exp_is_total_and_never_above_one() {
+    for (x, expected) in [(0.0, 0.0), (-0.0, 0.0), (-1.0, 0.0), (f64::INFINITY, 1.0), (1e300, 1.0), (f64::NAN, 1.0)] {
+        assert_eq!(one_minus_exp(x), expected, "at {x}");
+        assert_eq!(f64::from(one_minus_exp(x as f32)), expected, "at {x} in f32");
+    }
+    let mut random = Random(11);
+    for _ in 0..20_000 {
+        let x = random.spread(-320.0, 3.0);
+        assert!((0.0..=1.0).contains(&one_minus_exp(x)) && (0.0..=1.0).contains(&one_minus_exp(x as f32)), "at {x}");
+    }
+}
+
 #[test]
 fn lanes_have_the_bits_of_the_scalar() {
     let mut random = Random(9);
@@ -325,10 +375,10 @@ fn lanes_have_the_bits_of_the_scalar() {
         let (a, b) = ([number(), number()], [number(), number()]);
         let (x, y) = (Pair(b[0], b[1]), Pair(a[0], a[1]));
         let (sin, cos) = sin_cos(y);
-        let (angle, wrapped) = (atan2(y, x), wrap(y));
+        let (angle, wrapped, risen) = (atan2(y, x), wrap(y), one_minus_exp(y));
         for (lane, (&a, &b)) in a.iter().zip(&b).enumerate() {
             let (scalar_sin, scalar_cos) = sin_cos(a);
-            let pairs = [(sin, scalar_sin), (cos, scalar_cos), (angle, atan2(a, b)), (wrapped, wrap(a))];
+            let pairs = [(sin, scalar_sin), (cos, scalar_cos), (angle, atan2(a, b)), (wrapped, wrap(a)), (risen, one_minus_exp(a))];
             for (lanes, scalar) in pairs {
                 let value = lanes.lane(lane);
                 // The bits of a NaN are the machine's choice.

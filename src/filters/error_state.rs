@@ -93,6 +93,25 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
         (*nu * nu_over_s).min(S::of(LARGEST_NIS))
     }
 
+    /// [`ErrorState::measure`] without the growth of the diagonal, for small states whose process noise is far above the
+    /// rounding but would not be above that growth: at high rates in `f32`.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn measure_plainly<const START: usize, const K: usize>(&mut self, lanes: S::Mask, h: [S; K], z: S, r: S) {
+        let Innovation { ph: v, nu, s } = self.innovation::<START, K>(h, z, r);
+        let lanes = lanes & s.is_normal_norm2();
+        let over_s = S::select(lanes, S::one() / s, S::zero());
+        let nu = S::select(lanes, nu, S::zero());
+        for j in 0..N {
+            let gain = v[j] * over_s;
+            self.x[j] = self.x[j] + gain * nu;
+            for i in 0..=j {
+                let left = self.p[(i, j)] - v[i] * gain;
+                self.p[(i, j)] = left;
+                self.p[(j, i)] = left;
+            }
+        }
+    }
+
     /// Corrects with any gain k, P − k vᵀ − v kᵀ + s k kᵀ (Joseph's form), as k aᵀ + a kᵀ with a = v − ½ s k.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn correct_by(&mut self, lanes: S::Mask, innovation: &Innovation<S, N>, k: &Column<S, N>) {

@@ -169,9 +169,12 @@ fn the_start_finds_the_attitude_at_every_pole_and_half_turn() {
                 for pitch in tilts {
                     let q = Euler { roll, pitch, yaw: 0.3 }.to_quat();
                     let readings = run(case.make(&params, Settings::default()).as_mut(), &still(q, 3), BOTH);
+                    // A filter that starts by itself may take the turn that aligns for one that its bias has made: VQF's is
+                    // then 0.0025 (the first gain, (0.5/0.1)² of 10⁴) of 2 °/s, which turns three samples by 2.6e-6 rad.
+                    let bound = if case.starts_itself { rounding(&case).max(3e-6) } else { rounding(&case) };
                     for reading in readings {
                         let error = angle(reading.quat, array(q));
-                        assert!(error <= rounding(&case), "{} {params:?} {q:?}: {error:e}", case.name());
+                        assert!(error <= bound, "{} {params:?} {q:?}: {error:e}", case.name());
                     }
                 }
             }

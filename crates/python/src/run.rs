@@ -291,8 +291,10 @@ impl<'py, T: Dtype> Prepared<'py, T> {
                 let first = match (last, step, t0, t1) {
                     (Some(last), _, Some(t0), _) => t0 - last,
                     (None, Some(step), _, _) => step,
+                    // Without a given attitude nothing is known of a time before the first stamp.
+                    (None, None, Some(_), _) if stream.is_fresh() => 0.0,
                     (None, None, Some(t0), Some(t1)) => t1 - t0,
-                    (None, None, Some(_), None) if !stream.is_fresh() => {
+                    (None, None, Some(_), None) => {
                         return Err(bad(
                             "rate",
                             "a rate in Hz: the step before a single sample is not known from t",

@@ -137,7 +137,7 @@ impl<S: Scalar> Bias<S> {
         for (axis, error_at_rest, seen, shown, in_motion) in measurements {
             let h = Vec3::select(rest, axis, seen);
             let z = S::select(rest, error_at_rest, shown - seen.dot(bias)).min(clip).max(-clip);
-            self.error.measure::<0, 3>(lanes, [h.x, h.y, h.z], z, S::select(rest, noise.rest, in_motion));
+            self.error.measure_plainly::<0, 3>(lanes, [h.x, h.y, h.z], z, S::select(rest, noise.rest, in_motion));
         }
         let correction = self.error.take(|| diagonal(|_| initial));
         for (sum, term) in self.value.iter_mut().zip(correction.iter()) {
