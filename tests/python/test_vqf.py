@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import vqf
+from scipy.spatial.transform import Rotation
 
 import ahrs_rs as ar
 from ahrs_rs import Status
@@ -125,7 +126,7 @@ def test_the_simulated_data_reaches_every_part() -> None:
     )
     for bit in (Status.REST, Status.MAG_REJECTED, Status.RECOVERING):
         share = np.mean(est.status & bit != 0)
-        assert 0.005 < share < 0.9, bit
+        assert 0.002 < share < 0.9, bit
     # A field of its own at the start, and another one that is accepted later.
     assert len(np.unique(est.extra["mag_ref_norm"][::500])) > 3
     assert (np.abs(np.diff(est.extra["mag_ref_norm"])) > 5.0).sum() >= 2
@@ -262,7 +263,8 @@ def test_a_given_attitude_is_kept_and_pulled_by_the_time_constants(name: str) ->
     est = ar.FILTERS[name](rate=100.0).run(**signals, q0=q0, outputs=("delta",))
     # A first sample of weight 1/900, or half of it while no field is known.
     assert angle_between(est.quat[0], q0) < 3e-3
-    assert 0.0 < abs(est.extra["delta"][0]) < 2e-3
+    assert abs(est.extra["delta"][0]) < 2e-3
+    assert abs(est.extra["delta"][-1]) > 0.5
     assert angle_between(est.quat[-1], truth) < 0.3
     six = ar.FILTERS[name](rate=100.0).run(signals["gyr"], signals["acc"], q0=q0, outputs=("quat6d", "delta"))
     assert angle_between(six.extra["quat6d"], six.quat).max() < 1e-15 * 10
@@ -282,8 +284,6 @@ def hour(rate: float) -> tuple[Floats, Floats, Floats, int]:
     samples = int(300.0 * rate)
     phase = 2.0 * np.pi * np.arange(samples + 1)[:, None] / samples * [40.0, 30.0, 25.0]
     angles = np.sin(phase) * [2.0, 0.7, 0.9]
-    from scipy.spatial.transform import Rotation
-
     attitude = Rotation.from_euler("ZYX", angles)
     rng = np.random.default_rng(4)
     rate_ = (attitude[:-1].inv() * attitude[1:]).as_rotvec() * rate

@@ -51,7 +51,7 @@ class OracleFilter(Protocol):
 
     Attributes that it may have: `bias` and those of `OUTPUTS` are reported after every sample, `flags` are the status
     bits of its last step. If `starts_itself` is true it takes its start from the first measurements, with the time step
-    of the first sample, and from a given attitude by `start_from`.
+    of the rate, and from a given attitude by `start_from`.
     """
 
     @property
@@ -186,8 +186,8 @@ def starts_itself(filter_: OracleFilter) -> bool:
     return bool(getattr(filter_, "starts_itself", False))
 
 
-def time_steps(n: int, t: ArrayLike | None, rate: float | None, first_counts: bool) -> list[float]:
-    """Time step of every sample in s; that of sample 0 is zero unless it counts: for a q0, which is one step before it."""
+def time_steps(n: int, t: ArrayLike | None, rate: float | None, q0_given: bool, starts: bool) -> list[float]:
+    """Time step of every sample in s; that of sample 0 is zero unless a q0, one step before it, is given."""
     if t is not None:
         times = np.asarray(t, dtype=np.float64)
         if times.shape != (n,):
@@ -201,9 +201,9 @@ def time_steps(n: int, t: ArrayLike | None, rate: float | None, first_counts: bo
     else:
         raise ValueError("rate: expected rate or t, got neither")
     first = 0.0
-    if first_counts and rate is not None:
+    if (q0_given or starts) and rate is not None:
         first = 1.0 / rate
-    elif first_counts and n > 1:  # one sample and its time alone tell no step
+    elif q0_given and n > 1:  # one sample and its time alone tell no step
         first = float(later[0])
     return [first, *later.tolist()]
 
@@ -244,7 +244,7 @@ def drive(
         w, x, y, z = np.asarray(q0, dtype=np.float64).tolist()
         start = (w, x, y, z)
     driver = Driver(filter_, start, frame, declination, gyr_hold)
-    steps = time_steps(n, t, rate, q0 is not None or starts_itself(filter_))
+    steps = time_steps(n, t, rate, q0 is not None, starts_itself(filter_))
     samples = zip(rows("gyr", gyr, n), rows("acc", acc, n), rows("mag", mag, n), steps[:n], strict=True)
 
     quat = np.empty((n, 4))
