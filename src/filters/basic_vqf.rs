@@ -16,7 +16,7 @@ pub const SPEC: FilterSpec = FilterSpec {
     doc: "VQF without estimation of the gyroscope's bias, rest detection and magnetic disturbance rejection: strapdown \
           integration, the inclination by the specific force, low-pass filtered in an almost inertial frame, the \
           heading by a scalar offset.",
-    source: "Laidig & Seel, Information Fusion 91, 2023 (arXiv 2203.17024), sections 3.2 to 3.4",
+    source: "Laidig & Seel, Information Fusion 91, 2023 (arXiv 2203.17024): strapdown integration, inclination and heading correction",
     magnetometer: Magnetometer::Feedback,
     feedback: true,
     gyr_bias: false,

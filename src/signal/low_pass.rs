@@ -29,7 +29,7 @@ pub struct Coefficients<S: Scalar> {
 }
 
 impl<S: Scalar> Coefficients<S> {
-    /// For the time constant τ in s: the cut-off frequency is √2/(2πτ) (Laidig & Seel, eq. for the low-pass filter).
+    /// For the time constant τ in s: the cut-off frequency is √2/(2πτ) (Laidig & Seel 2023).
     pub fn new(tau: S) -> Self {
         let zero = S::zero();
         Coefficients { tau, dt: -S::one(), forward: zero, back: zero, direct: zero, passes: S::Mask::splat(false) }

@@ -20,6 +20,8 @@ REFERENCES: list[tuple[str, dict[str, Any], tuple[float | None, float | None, fl
     ("Madgwick", {"gradient": "tangent", "beta": 0.08}, (4.83, None, None)),
     ("Madgwick", {"gradient": "tangent", "beta": 0.1}, (5.02, None, None)),
     ("Mahony", {"kp": 0.74, "ki": 0.0012}, (11.3, 10.0, 4.7)),
+    ("VQF", {}, (2.32, 2.17, 0.59)),
+    ("BasicVQF", {}, (3.90, 3.72, 0.99)),
 ]
 
 

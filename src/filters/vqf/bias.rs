@@ -1,4 +1,4 @@
-//! Estimation of the gyroscope's bias (Laidig & Seel 2023, section 3.5): a Kalman filter of three constant states.
+//! Estimation of the gyroscope's bias (Laidig & Seel 2023): a Kalman filter of three constant states.
 //!
 //! In motion the rate by which the inclination has to be corrected shows the horizontal part of the bias, seen through the
 //! low-pass filter of the accelerometer; the vertical part is forgotten slowly. At rest the angular rate is the bias.
@@ -83,9 +83,9 @@ impl<S: Scalar> Bias<S> {
     /// Its standard deviation in rad/s: of the largest eigenvalue an upper bound, and never more than at the start.
     pub fn sigma(&self) -> S {
         let p = &self.error.p;
-        let largest = p.row_iter().fold(S::zero(), |largest, row| {
-            largest.max(row.iter().fold(S::zero(), |sum, entry| sum + entry.abs()))
-        });
+        let largest = p
+            .row_iter()
+            .fold(S::zero(), |largest, row| largest.max(row.iter().fold(S::zero(), |sum, entry| sum + entry.abs())));
         largest.min(variance(self.uncertainty.initial)).sqrt() * S::of(UNIT_RATE)
     }
 

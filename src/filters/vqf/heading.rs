@@ -1,4 +1,4 @@
-//! Heading correction (Laidig & Seel 2023, section 3.4): the angle δ about the vertical from the attitude by gyroscope and
+//! Heading correction (Laidig & Seel 2023): the angle δ about the vertical from the attitude by gyroscope and
 //! accelerometer to that with the magnetometer.
 
 use super::super::field::VERTICAL_FIELD;

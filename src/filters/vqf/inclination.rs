@@ -1,4 +1,4 @@
-//! Strapdown integration and inclination correction (Laidig & Seel 2023, sections 3.2 and 3.3).
+//! Strapdown integration and inclination correction (Laidig & Seel 2023).
 //!
 //! Three frames: that of the sensor, the *almost inertial* one in which the gyroscope alone holds the sensor's attitude and
 //! which only its bias turns, and the earth frame with z up.
@@ -51,21 +51,16 @@ impl<S: Scalar> Inclination<S> {
         self.acc = Quat::select(lanes, (q * self.gyr.conj()).renormalized(), self.acc);
     }
 
-    /// Turns by the angular rate over the step (section 3.2).
+    /// Turns by the angular rate over the step.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn turn(&mut self, rate: Vec3<S>, dt: S) {
         self.gyr = rotate_by(self.gyr, rate, dt);
     }
 
-    /// Corrects the inclination by the shortest rotation that takes the low-pass filtered specific force to up (section
-    /// 3.3). Gives its direction in the earth frame before the correction, and where there is one.
+    /// Corrects the inclination by the shortest rotation that takes the low-pass filtered specific force to up.
+    /// Gives its direction in the earth frame before the correction, and where there is one.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn correct(
-        &mut self,
-        lanes: S::Mask,
-        force: Vec3<S>,
-        coefficients: &Coefficients<S>,
-    ) -> (Vec3<S>, S::Mask) {
+    pub fn correct(&mut self, lanes: S::Mask, force: Vec3<S>, coefficients: &Coefficients<S>) -> (Vec3<S>, S::Mask) {
         let force = saturated(force, S::of(LARGEST_FORCE));
         let slow = self.force.step_vector(lanes, self.gyr.rotate(force), coefficients);
         let up = self.acc.rotate(slow);

@@ -1,4 +1,4 @@
-//! Detection and rejection of magnetic disturbances (Laidig & Seel 2023, section 3.6): norm and dip of the field against
+//! Detection and rejection of magnetic disturbances (Laidig & Seel 2023): norm and dip of the field against
 //! those of the undisturbed one, which is learnt.
 
 use super::rest::LONGEST_EVIDENCE;

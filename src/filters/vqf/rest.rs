@@ -1,4 +1,4 @@
-//! Rest detection (Laidig & Seel 2023, section 3.5): angular rate and specific force close to their low-pass filtered
+//! Rest detection (Laidig & Seel 2023): angular rate and specific force close to their low-pass filtered
 //! values for some time.
 
 use crate::scalar::Scalar;
