@@ -2,6 +2,11 @@
 
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "a test that fails may panic")]
 #![allow(clippy::float_cmp, reason = "where a law is exact it is tested exactly")]
+#![allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    reason = "small counters; f32 is what is tested"
+)]
 
 #[path = "support/random.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
@@ -16,7 +21,7 @@ use random::Random;
 /// One signal through the filter.
 fn filtered<T: Real>(tau: f64, samples: &[(f64, f64)]) -> Vec<f64> {
     let mut coefficients = Coefficients::new(T::from_f64(tau));
-    let mut low_pass = LowPass::<T, 1>::new();
+    let mut low_pass = LowPass::<T, 1>::default();
     let step = |&(x, dt): &(f64, f64)| {
         coefficients.set_step(true, T::from_f64(dt));
         low_pass.step(true, [T::from_f64(x)], &coefficients)[0].to_f64()
@@ -51,7 +56,7 @@ fn at_a_constant_step_it_is_the_butterworth_filter_after_the_mean_of_the_start()
         let x = noise(1, 3000, 1.0);
         let y = filtered::<f64>(tau, &x.iter().map(|&x| (x, dt)).collect::<Vec<_>>());
         // count·dt, not a sum of dt, ends the start.
-        let start = (1..).find(|&count| f64::from(count) * dt >= tau).unwrap() as usize;
+        let start = (1..x.len()).find(|&count| count as f64 * dt >= tau).unwrap();
         let mut sum = 0.0;
         for k in 0..start {
             sum += x[k];
@@ -79,16 +84,16 @@ fn a_constant_passes_unchanged_at_steps_of_any_length() {
 
 #[test]
 fn steps_of_any_length_do_not_add_up() {
-    // Butterworth's response to a step overshoots by exp(−π) = 4.3 %; near the Nyquist frequency the trapezoidal rule rings:
-    // measured at most 1.5 times the signal, where a form that steps do not suit grows without bound.
-    let mut random = Random(3);
+    // Between samples the integrators forget at any step (the loop loses energy), but they stand half a step ahead of the
+    // output, so that after a long step a short one shows more than the signal: measured at most 2.4 times as much.
+    let (mut random, mut worst) = (Random(3), 0.0_f64);
     for _ in 0..100 {
         let tau = random.uniform(0.1, 3.0);
         let samples: Vec<_> = (0..2000).map(|_| (random.uniform(-1.0, 1.0), random.spread(-5.0, 1.0).abs())).collect();
-        for y in filtered::<f64>(tau, &samples) {
-            assert!(y.abs() < 2.0, "{y}");
-        }
+        worst = filtered::<f64>(tau, &samples).iter().fold(worst, |worst, y| worst.max(y.abs()));
     }
+    println!("{worst} times the signal");
+    assert!(worst < 4.0, "{worst}");
 }
 
 #[test]
@@ -96,7 +101,7 @@ fn it_reaches_a_new_value_in_the_same_time_at_every_rate() {
     // The step response at τ is 1 − exp(−1)(cos 1 + sin 1) = 0.4917; the trapezoidal rule adds half a step of delay.
     for dt in [0.1, 0.01, 0.001, 0.0003] {
         let mut samples = vec![(0.0, 3.0)];
-        samples.extend((0..(3.0 / dt + 0.5) as usize).map(|_| (1.0, dt)));
+        samples.extend((1..20_000).map(f64::from).take_while(|k| k * dt < 3.0 + 0.5 * dt).map(|_| (1.0, dt)));
         let y = *filtered::<f64>(3.0, &samples).last().unwrap();
         let exact = 1.0 - (-1.0_f64).exp() * (1.0_f64.cos() + 1.0_f64.sin());
         assert!((y - exact).abs() < 0.3 * dt, "dt {dt}: {y} for {exact}");
@@ -115,9 +120,8 @@ fn a_cut_off_above_the_nyquist_frequency_passes_through() {
 
 #[test]
 fn single_precision_keeps_the_signal_at_high_rates() {
-    // In f32 the difference equation is off by 1 % of the signal at 286 Hz and useless at 1 kHz. Here at 1 kHz an increment
-    // of τ⁻¹ dt times the slope has to be above half an ulp of 9.8, 4.8e-7: so the slope, which is as large as what is
-    // missing, is right to 2e-3 of it. Noise of any sensor, here 0.05 m/s², takes most of that away.
+    // The difference equation is off by 1 % of the signal at 286 Hz and useless at 1 kHz. Here rounding of 9.8, at most 4.8e-7
+    // in each of the 3000 samples of τ, adds up as a walk of at most 2.6e-5; measured 3.7e-5, which is 4e-6 rad of gravity.
     for dt in [1.0 / 286.0, 1e-3] {
         let x: Vec<_> = noise(5, 60_000, 0.05).iter().map(|&x| (f64::from(x as f32), dt)).collect();
         let off = filtered::<f32>(3.0, &x)
@@ -125,15 +129,15 @@ fn single_precision_keeps_the_signal_at_high_rates() {
             .zip(filtered::<f64>(3.0, &x))
             .fold(0.0_f64, |worst, (narrow, wide)| worst.max((narrow - wide).abs()));
         println!("f32 at {dt}: off by {off:e}");
-        assert!(off < 1e-3, "dt {dt}: {off:e}");
+        assert!(off < 1e-4, "dt {dt}: {off:e}");
     }
 }
 
 #[test]
 fn lanes_have_the_bits_of_the_scalar_and_a_masked_lane_stands_still() {
     let mut random = Random(6);
-    let mut lanes = LowPass::<Pair<f64>, 2>::new();
-    let mut alone = [LowPass::<f64, 2>::new(), LowPass::<f64, 2>::new()];
+    let mut lanes = LowPass::<Pair<f64>, 2>::default();
+    let mut alone = [LowPass::<f64, 2>::default(), LowPass::<f64, 2>::default()];
     let mut coefficients = Coefficients::<Pair<f64>>::new(Pair::of(0.05));
     let mut own = [Coefficients::<f64>::new(0.05), Coefficients::<f64>::new(0.05)];
     for _ in 0..500 {

@@ -53,8 +53,7 @@ def quoted(text: str) -> str:
 
 def class_stub(cls: type[Filter]) -> str:
     attributes = [
-        f"    @property\n    def {param.name}(self) -> {attribute_type(param)}: ..."
-        for param in cls.PARAMS.values()
+        f"    @property\n    def {param.name}(self) -> {attribute_type(param)}: ..." for param in cls.PARAMS.values()
     ]
     lines = [
         "",

@@ -57,10 +57,10 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
     fn new(params: &Params<S>) -> Self {
         BasicVQF {
             tau_mag: params.tau_mag,
-            inclination: Inclination::new(),
-            heading: Heading::new(),
-            acc_interval: Interval::new(),
-            mag_interval: Interval::new(),
+            inclination: Inclination::default(),
+            heading: Heading::default(),
+            acc_interval: Interval::default(),
+            mag_interval: Interval::default(),
             level: Quat::identity(),
             force_coefficients: Coefficients::new(params.tau_acc),
             heading_gain: Gain::new(params.tau_mag),

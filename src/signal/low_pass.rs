@@ -70,16 +70,18 @@ pub struct LowPass<S, const N: usize> {
     time: Sum<S>,
 }
 
-impl<S: Scalar, const N: usize> LowPass<S, N> {
+impl<S: Scalar, const N: usize> Default for LowPass<S, N> {
     /// Before the first sample.
-    pub fn new() -> Self {
+    fn default() -> Self {
         let zero = S::zero();
         LowPass { slope: [zero; N], value: [zero; N], count: zero, time: Sum::new(zero) }
     }
+}
 
+impl<S: Scalar, const N: usize> LowPass<S, N> {
     /// At rest at the values, as after a long time with them.
     pub fn at(values: [S; N], coefficients: &Coefficients<S>) -> Self {
-        LowPass { value: values, time: Sum::new(coefficients.tau), ..Self::new() }
+        LowPass { value: values, time: Sum::new(coefficients.tau), ..Self::default() }
     }
 
     /// Takes a sample after the coefficients' step where the mask is true, and gives the filtered one; where the mask is

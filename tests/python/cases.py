@@ -67,7 +67,7 @@ class Case:
     acc_length: bool = False
     #: Whether the attitude is turned by a rate of the filter's own, which follows the gyroscope's.
     own_rate: bool = False
-    #: Whether the filter takes its start from the first measurements by itself: the first sample is a step like any other.
+    #: Whether the filter takes its start from the first measurements by itself: the first sample is a step like others.
     starts_itself: bool = False
     #: Bias (rad/s) that a filter which starts by itself learns from the turn that aligns it.
     start_bias: float = 0.0

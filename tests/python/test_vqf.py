@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 import ahrs_rs as ar
 from ahrs_rs import Status
 from commands import DATA, needs_data
-from signals import DIP, FIELD, UP, Floats, about_z, angle_between, motion, multiply, quats, rotation, still, turns_by
+from signals import FIELD, UP, Floats, about_z, angle_between, motion, multiply, quats, rotation, still, turns_by
 
-#: Rounding of 1e-16 in each sample, that the integration of the angular rate adds up: measured at most 2e-12 (of the heading
-#: offset). The issue asks for 1e-9.
+#: Rounding of 1e-16 in each sample, that the integration of the angular rate adds up: measured at most 2e-12, of the
+#: heading offset.
 EQUAL = 1e-10
 
 #: Parameter sets of the package, by their names in it: each reaches another part.
@@ -53,7 +53,11 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "pass-through": {"tauAcc": 0.0004, "restFilterTau": 0.0001, "magCurrentTau": 0.0004, "tauMag": 0.0},
 }
 #: What the orientation alone has.
-BASIC_SETTINGS = {"defaults": {}, "fast": {"tauAcc": 0.7, "tauMag": 1.5}, "pass-through": {"tauAcc": 0.0004, "tauMag": 0.0}}
+BASIC_SETTINGS = {
+    "defaults": {},
+    "fast": {"tauAcc": 0.7, "tauMag": 1.5},
+    "pass-through": {"tauAcc": 0.0004, "tauMag": 0.0},
+}
 
 
 def snake_case(name: str) -> str:
@@ -96,7 +100,7 @@ def everyday(rate: float, seconds: float = 90.0) -> tuple[Floats, Floats, Floats
     assert r.acc is not None
     assert r.mag is not None
     assert r.ref is not None
-    gyr, mag = r.gyr + [0.006, -0.004, 0.01], r.mag.copy()
+    gyr, mag = r.gyr + np.array([0.006, -0.004, 0.01]), r.mag.copy()
     samples = len(gyr)
     for first, last, wrong in ((0.4, 0.5, [25.0, 0.0, 10.0]), (0.7, 1.0, [0.0, 12.0, -18.0])):
         part = slice(int(first * samples), int(last * samples))
@@ -179,7 +183,11 @@ def test_a_loss_of_samples_costs_little_where_their_times_are_known() -> None:
         linear.append(total_error(r, ar.VQF(rate=r.rate, gyr_hold="linear").run(*sensors, t=t).quat, kept))
         fixed.append(total_error(r, ar.VQF(rate=r.rate).run(*sensors).quat, kept))
     means = [float(np.mean(errors)) for errors in (complete, lost, linear, fixed)]
-    print("total error in degrees: complete {:.3f}, lost {:.3f}, linear hold {:.3f}, at a fixed rate {:.2f}".format(*means))
+    print(
+        "total error in degrees: complete {:.3f}, lost {:.3f}, linear hold {:.3f}, at a fixed rate {:.2f}".format(
+            *means
+        )
+    )
     assert means[1] < 1.25 * means[0]
     assert means[2] < 1.15 * means[0]
     # What the original would do: the gyroscope's samples count for the wrong time.
@@ -221,7 +229,7 @@ def test_thresholds_are_positive(key: str, value: float) -> None:
 
 @pytest.mark.parametrize("value", [1, 0.0, "True", None, np.ones(1), [True]])
 def test_a_switch_is_true_or_false(value: object) -> None:
-    with pytest.raises(ValueError, match="^rest_bias_est_enabled must be one of False, True, got"):
+    with pytest.raises(ValueError, match=r"^rest_bias_est_enabled must be one of False, True, got"):
         ar.VQF(rest_bias_est_enabled=value)
     assert ar.VQF(rest_bias_est_enabled=np.False_).params["rest_bias_est_enabled"] is False
     assert ar.VQF().rest_bias_est_enabled is True
@@ -279,7 +287,7 @@ def test_a_late_magnetometer_sets_the_heading_at_once(name: str) -> None:
     assert np.abs(np.arctan2(heading[1000, 0], heading[1000, 1])) < 1e-12
 
 
-def hour(rate: float) -> tuple[Floats, Floats, Floats, int]:
+def hour(rate: float) -> tuple[Floats, Floats, Floats]:
     """Five minutes of slow periodic movement with noise and a bias, to be repeated twelve times."""
     samples = int(300.0 * rate)
     phase = 2.0 * np.pi * np.arange(samples + 1)[:, None] / samples * [40.0, 30.0, 25.0]
@@ -291,20 +299,24 @@ def hour(rate: float) -> tuple[Floats, Floats, Floats, int]:
     gyr = rate_ + [0.004, -0.007, 0.002] + 0.01 * rng.standard_normal(rate_.shape)
     acc = back.apply(UP) + 0.2 * rng.standard_normal(rate_.shape)
     mag = back.apply(FIELD) + 0.5 * rng.standard_normal(rate_.shape)
-    return gyr, acc, mag, samples
+    return gyr, acc, mag
 
 
 @pytest.mark.parametrize("nine", [True, False], ids=["9D", "6D"])
 def test_float32_holds_its_accuracy_over_an_hour_at_1000_hz(nine: bool) -> None:
-    # The same rounded measurements in both. Rounding of 6e-8 in 3.6 million steps is a walk of 1.1e-4 rad in the heading
-    # of six axes, which nothing feeds back; a state that stalled would be off by degrees.
-    gyr, acc, mag, _ = (v.astype(np.float32) if isinstance(v, np.ndarray) else v for v in hour(1000.0))
+    # The same rounded measurements in both. In six axes nothing feeds the heading back: rounding of 6e-8 in 3.6 million
+    # steps is a walk of 1.1e-4 rad, and a bias that is off by 3e-6 rad/s for the minutes in which it is forgotten adds
+    # 1e-3. A state that stalled would be off by degrees.
+    gyr, acc, mag = (v.astype(np.float32) for v in hour(1000.0))
+    exact = (gyr.astype(np.float64), acc.astype(np.float64), mag.astype(np.float64) if nine else None)
     state32 = state64 = None
     f = ar.VQF(rate=1000.0)
     worst, worst_bias = 0.0, 0.0
     for _ in range(12):
         narrow = f.run(gyr, acc, mag if nine else None, state=state32)
-        wide = f.run(gyr.astype(np.float64), acc.astype(np.float64), mag.astype(np.float64) if nine else None, state=state64)
+        wide = f.run(
+            gyr.astype(np.float64), acc.astype(np.float64), mag.astype(np.float64) if nine else None, state=state64
+        )
         state32, state64 = narrow.state, wide.state
         assert narrow.quat.dtype == np.float32
         assert narrow.gyr_bias is not None
@@ -312,5 +324,5 @@ def test_float32_holds_its_accuracy_over_an_hour_at_1000_hz(nine: bool) -> None:
         worst = max(worst, angle_between(narrow.quat[::7].astype(np.float64), wide.quat[::7]).max())
         worst_bias = max(worst_bias, float(np.abs(narrow.gyr_bias[::7] - wide.gyr_bias[::7]).max()))
     print(f"float32 beside float64 over an hour: {worst:.2e} rad, bias {worst_bias:.2e} rad/s")
-    assert worst < (1e-3 if nine else 1e-2)
+    assert worst < (1e-3 if nine else 5e-3)
     assert worst_bias < 2e-5

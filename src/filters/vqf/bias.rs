@@ -68,7 +68,7 @@ impl<S: Scalar> Bias<S> {
             noise: Noise { interval: -S::one(), walk: zero, motion: zero, vertical: zero, rest: zero },
             value: [Sum::new(zero); 3],
             error: ErrorState::new(diagonal(|_| variance(uncertainty.initial))),
-            seen: LowPass::new(),
+            seen: LowPass::default(),
             uncertainty,
         }
     }

@@ -16,12 +16,14 @@ pub struct Heading<S> {
     least: S,
 }
 
-impl<S: Scalar> Heading<S> {
+impl<S: Scalar> Default for Heading<S> {
     /// Before the first sample.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Heading { delta: Sum::new(S::zero()), least: S::one() }
     }
+}
 
+impl<S: Scalar> Heading<S> {
     /// δ in rad.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn delta(&self) -> S {

@@ -26,12 +26,14 @@ pub struct Inclination<S> {
     force: LowPass<S, 3>,
 }
 
-impl<S: Scalar> Inclination<S> {
+impl<S: Scalar> Default for Inclination<S> {
     /// At the identity, before the first sample.
-    pub fn new() -> Self {
-        Inclination { gyr: Quat::identity(), acc: Quat::identity(), force: LowPass::new() }
+    fn default() -> Self {
+        Inclination { gyr: Quat::identity(), acc: Quat::identity(), force: LowPass::default() }
     }
+}
 
+impl<S: Scalar> Inclination<S> {
     /// The attitude, whose heading drifts.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn attitude(&self) -> Quat<S> {

@@ -12,12 +12,14 @@ pub struct Interval<S> {
     known: S,
 }
 
-impl<S: Scalar> Interval<S> {
+impl<S: Scalar> Default for Interval<S> {
     /// Before the first measurement.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Interval { waited: S::zero(), known: S::zero() }
     }
+}
 
+impl<S: Scalar> Interval<S> {
     /// Goes on by the step `dt` to a measurement where the mask is true, and gives the time that it stands for: that since
     /// the last one; for the first one the step.
     #[cfg_attr(not(debug_assertions), inline(always))]

@@ -61,7 +61,7 @@ impl<S: Scalar> Magnetic<S> {
     pub fn new(limits: &Limits<S>) -> Self {
         let zero = S::zero();
         Magnetic {
-            low_pass: LowPass::new(),
+            low_pass: LowPass::default(),
             reference: Shape { norm: zero, dip: zero },
             candidate: Shape { norm: -S::one(), dip: zero },
             undisturbed: zero,

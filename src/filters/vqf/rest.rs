@@ -32,12 +32,14 @@ pub struct Rest<S> {
     time: S,
 }
 
-impl<S: Scalar> Rest<S> {
+impl<S: Scalar> Default for Rest<S> {
     /// Before the first sample.
-    pub fn new() -> Self {
-        Rest { gyr: LowPass::new(), acc: LowPass::new(), rate: Vec3::zero(), time: S::zero() }
+    fn default() -> Self {
+        Rest { gyr: LowPass::default(), acc: LowPass::default(), rate: Vec3::zero(), time: S::zero() }
     }
+}
 
+impl<S: Scalar> Rest<S> {
     /// The angular rate, low-pass filtered, in rad/s: at rest, the gyroscope's bias.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rate(&self) -> Vec3<S> {

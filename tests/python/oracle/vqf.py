@@ -239,7 +239,7 @@ class VQF(BasicVQF):
         if self.rest:
             h, e, w = np.eye(3), self.slow_gyr - self.bias, [noise(p["bias_sigma_rest"])] * 3
         elif p["motion_bias_est_enabled"]:
-            shown = np.array([-up[1] / interval, up[0] / interval, 0.0]) + [*slow_bias, 0.0]
+            shown = np.array([slow_bias[0] - up[1] / interval, slow_bias[1] + up[0] / interval, 0.0])
             h, e = slow_r, shown - slow_r @ self.bias
             horizontal = noise(p["bias_sigma_motion"])
             w = [horizontal, horizontal, horizontal / max(p["bias_vertical_forgetting_factor"], 1e-10)]
