@@ -170,8 +170,8 @@ def vqf(*, tau_acc: float = 3.0, tau_mag: float = 9.0, lessened: float = 2.0, bi
 
     The filtered force goes from the start's vertical to the true one within √2 exp(-t/tau_acc) of the way. A bias that
     the wrong start shows in the meantime goes at rest with the gain of the steady state, variance p against p²/v: v/p a
-    step for v = (0.1 °/s)² dt/100 s and p = (0.03 °/s)². Without movement no reference of the field is accepted, so that
-    the heading counts less for ever.
+    step for v = (0.1 °/s)² dt/100 s and p = (0.03 °/s)². Without movement no reference of the field is accepted, so
+    that the heading counts less for ever.
     """
 
     def settling(dip: float | None, _dt: float) -> tuple[float, float]:

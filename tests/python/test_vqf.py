@@ -314,9 +314,7 @@ def test_float32_holds_its_accuracy_over_an_hour_at_1000_hz(nine: bool) -> None:
     worst, worst_bias = 0.0, 0.0
     for _ in range(12):
         narrow = f.run(gyr, acc, mag if nine else None, state=state32)
-        wide = f.run(
-            gyr.astype(np.float64), acc.astype(np.float64), mag.astype(np.float64) if nine else None, state=state64
-        )
+        wide = f.run(*exact, state=state64)
         state32, state64 = narrow.state, wide.state
         assert narrow.quat.dtype == np.float32
         assert narrow.gyr_bias is not None

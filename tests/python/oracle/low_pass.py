@@ -10,8 +10,8 @@ class LowPass:
     """Of any number of signals at once, with the time constant tau (s) of Laidig & Seel.
 
     With the cut-off frequency f = √2/(2π tau) the filter is v' = ω (x - √2 v - y), y' = ω v. A step of the trapezoidal
-    rule is half a step backward (implicit) and half a step forward (explicit) Euler; ω is such that the response at f is
-    that of the analogue filter (prewarping), for the step at hand.
+    rule is half a step backward (implicit) and half a step forward (explicit) Euler; ω is such that the response at f
+    is that of the analogue filter (prewarping), for the step at hand.
     """
 
     def __init__(self, tau: float) -> None:
