@@ -217,6 +217,7 @@ macro_rules! params {
         $crate::Scalar::set_lane(&mut $all.$name, $lane, $crate::Scalar::lane($one.$name, $lane))
     };
     (@lane choice $all:ident $one:ident $lane:ident $name:ident) => {};
+    (@lane switch $all:ident $one:ident $lane:ident $name:ident) => {};
     (@type $s:ident real $unit:tt) => { $s };
     (@type $s:ident choice $choice:tt) => { $choice };
     (@type $s:ident switch $bool:tt) => { bool };

@@ -136,10 +136,11 @@ pub fn choices(spec: &FilterSpec) -> Vec<Vec<f64>> {
         let others = match param.kind {
             ParamKind::Real { .. } => 0,
             ParamKind::Choice { options } => options.len() - 1,
+            ParamKind::Switch { .. } => 1,
         };
         for step in 1..=others {
             let mut set = defaults.clone();
-            set[index] = step as f64;
+            set[index] = (defaults[index] - step as f64).abs();
             sets.push(set);
         }
     }

@@ -20,6 +20,7 @@ fn sets(spec: &FilterSpec) -> Vec<Vec<f64>> {
             let value = |kind: &ParamKind, random: &mut Random| match *kind {
                 ParamKind::Real { default, min, max, .. } => (default * random.uniform(0.5, 1.0)).clamp(min, max),
                 ParamKind::Choice { options } => random.below(options.len()) as f64,
+                ParamKind::Switch { .. } => random.below(2) as f64,
             };
             spec.params.iter().map(|param| value(&param.kind, &mut random)).collect()
         })
