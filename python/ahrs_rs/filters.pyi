@@ -15,6 +15,7 @@ __all__ = [
     "Complementary",
     "DcmImu",
     "Ecompass",
+    "Fusion",
     "GyroIntegration",
     "LinearKalman",
     "Madgwick",

@@ -6,6 +6,7 @@ mod integration;
 mod kalman;
 mod quaternions;
 mod rest;
+mod stationary;
 mod vector;
 
 pub use integration::Integration;
@@ -46,4 +47,5 @@ registry! { $
     mekf::MEKF,
     vqf::VQF,
     basic_vqf::BasicVQF,
+    fusion::Fusion,
 }

@@ -22,6 +22,7 @@ from settling import (
     complementary,
     dcm_imu,
     ekf,
+    fusion,
     linear_kalman,
     madgwick,
     mahony,
@@ -91,13 +92,19 @@ class Case:
     @property
     def first_order(self) -> bool:
         """Whether a step of ω dt is wrong by its powers: the first-order step, and that of Euler rates."""
-        options = (self.params.get("integration"), self.params.get("prediction"))
+        params = self.make().params
+        options = (params.get("integration"), params.get("prediction"))
         return self.name == "Trigonometric" or "first-order" in options or "euler" in options
 
     @property
     def kalman(self) -> bool:
         """Whether the filter keeps a covariance, which remembers the time before the alignment."""
         return "covariance" in self.cls.OUTPUTS
+
+    @property
+    def knows_its_age(self) -> bool:
+        """Whether it does other things a while after the start: by its covariance, or by a gain that falls."""
+        return self.kalman or "startup" in self.cls.OUTPUTS
 
     @property
     def law(self) -> str:
@@ -134,6 +141,9 @@ VQF_FLOAT32 = 5e-3
 ORIENTATION_FLOAT32 = 2e-4
 
 PAPER = "the part of the published gradient along q depends on the axes"
+
+#: A measurement close to the limit of rejection is used by one and not by the other: a step of half the gain.
+DECISIONS = 1e-2
 
 DIP_OF_START = "the reference field has the inclination that the start gives it, for good"
 
@@ -279,6 +289,29 @@ CASES: list[Case] = [
         agreement=KALMAN,
         acc_length=True,
         starts_itself=True,
+    ),
+    Case("fusion", "Fusion", {}, FEEDBACK, fusion(0.5)),
+    Case("fusion-exponential", "Fusion", {"gain": 1.0, "integration": "exponential"}, FEEDBACK, fusion(1.0)),
+    Case(
+        "fusion-rejection",
+        "Fusion",
+        {
+            "gyroscope_range": 250.0,
+            "acceleration_rejection": 10.0,
+            "magnetic_rejection": 15.0,
+            "rejection_timeout": 0.5,
+        },
+        DECISIONS,
+        fusion(0.5),
+        law_broken="the gyroscope's range is that of each axis",
+    ),
+    # The bias takes far longer than the attitude: see `test_fusion`.
+    Case(
+        "fusion-bias",
+        "Fusion",
+        {"bias": True, "stationary_threshold": 5.0, "stationary_period": 1.0},
+        FEEDBACK,
+        fusion(0.5),
     ),
 ]
 

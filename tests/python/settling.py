@@ -152,6 +152,23 @@ def ekf(dip: float | None, dt: float) -> tuple[float, float]:
     return exponential(math.sqrt(q / r) / dt)
 
 
+def fusion(gain: float) -> Settling:
+    """In the first three seconds, in which nothing is rejected, the gain falls from 10 to its value.
+
+    Its integral G = 10 t - (10 - gain) t²/6 makes an error of the inclination decay as exp(-G). Such an error shows a
+    heading that is wrong by tan dip times as much, and both decay alike: that of the heading as (1 + G tan dip) exp(-G).
+    """
+
+    def settling(dip: float | None, _dt: float) -> tuple[float, float]:
+        fall, decay = (10.0 - gain) / 6.0, 0.0
+        for _ in range(50):
+            growth = 1.0 if dip is None else 1.0 + decay * math.tan(dip)
+            decay = math.log(AMPLITUDE * growth / ARRIVED)
+        return (5.0 - math.sqrt(25.0 - fall * decay)) / fall, ARRIVED
+
+    return settling
+
+
 def mekf(dip: float | None, _dt: float) -> tuple[float, float]:
     """The gains of the steady state, after the time in which the filter does not trust what contradicts its start.
 

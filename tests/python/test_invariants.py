@@ -170,7 +170,7 @@ def test_turning_the_earth_about_the_vertical_turns_the_heading(case: Case, angl
     turn = Rotation.from_rotvec([0.0, 0.0, angle])
     f = case.make(rate=RATE)
     gyr, acc = signals.gyr, back.apply(UP)
-    if case.params.get("integration") == "first-order":
+    if case.make().params.get("integration") == "first-order":
         # Its step turns by 2 atan(ω dt/2): the rate whose step is the true one.
         half = 0.5 * np.linalg.norm(gyr, axis=1, keepdims=True) / RATE
         gyr = gyr * np.tan(half) / half

@@ -13,6 +13,7 @@ from .complementary import Complementary
 from .dcm_imu import DcmImu
 from .driver import OracleResult, drive
 from .ekf import EKF
+from .fusion import Fusion
 from .gyro_integration import GyroIntegration
 from .linear_kalman import LinearKalman
 from .madgwick import Madgwick
@@ -36,6 +37,7 @@ ORACLES: dict[str, type[Any]] = {
     "MEKF": MEKF,
     "VQF": VQF,
     "BasicVQF": BasicVQF,
+    "Fusion": Fusion,
 }
 
 

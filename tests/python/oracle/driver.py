@@ -49,9 +49,9 @@ FRAMES: dict[str, Quat] = {
 class OracleFilter(Protocol):
     """What the driver needs of a filter.
 
-    Attributes that it may have: `bias` and those of `OUTPUTS` are reported after every sample, `flags` are the status
-    bits of its last step. If `starts_itself` is true it takes its start from the first measurements, with the time step
-    of the rate, and from a given attitude by `start_from`.
+    Attributes that it may have: `bias`, those of `OUTPUTS` and what a method `outputs` gives are reported after every
+    sample, `flags` are the status bits of its last step. If `starts_itself` is true it takes its start from the first
+    measurements, with the time step of the rate, and from a given attitude by `start_from`.
     """
 
     @property
@@ -251,10 +251,13 @@ def drive(
     bias = np.empty((n, 3)) if hasattr(filter_, "bias") else None
     status = np.empty(n, dtype=np.uint8)
     extra: dict[str, list[Any]] = {name: [] for name in getattr(filter_, "OUTPUTS", OUTPUTS) if hasattr(filter_, name)}
+    further: dict[str, list[float]] = {}
     for k, (w_k, a_k, m_k, dt) in enumerate(samples):
         quat[k], status[k] = driver.feed(w_k, a_k, m_k, dt)
         if bias is not None:
             bias[k] = getattr(filter_, "bias", None)
         for name, reported in extra.items():
             reported.append(np.copy(getattr(filter_, name)))
-    return OracleResult(quat, bias, status, {name: np.array(reported) for name, reported in extra.items()})
+        for name, value in filter_.outputs().items() if hasattr(filter_, "outputs") else ():
+            further.setdefault(name, []).append(value)
+    return OracleResult(quat, bias, status, {name: np.array(values) for name, values in (extra | further).items()})
