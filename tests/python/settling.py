@@ -156,7 +156,7 @@ def fusion(gain: float) -> Settling:
     """In the first three seconds, in which nothing is rejected, the gain falls from 10 to its value.
 
     Its integral G = 10 t - (10 - gain) t²/6 makes an error of the inclination decay as exp(-G). Such an error shows a
-    heading that is wrong by tan dip times as much, and both decay alike: that of the heading as (1 + G tan dip) exp(-G).
+    heading that is wrong by tan dip times as much, and both decay alike: the heading's as (1 + G tan dip) exp(-G).
     """
 
     def settling(dip: float | None, _dt: float) -> tuple[float, float]:

@@ -207,7 +207,7 @@ def test_every_output_can_be_asked_for_and_changes_nothing_else(case: Case) -> N
         assert est.extra[name].shape[0] == 50
         # Sample 0 aligns: what the measurements show is NaN there, as that of an unused sensor is.
         known = np.isfinite(est.extra[name])
-        may_lack = case.kalman and name != "covariance" or "NaN" in case.cls.OUTPUTS[name]
+        may_lack = (case.kalman and name != "covariance") or "NaN" in case.cls.OUTPUTS[name]
         assert np.all(known[2:] == known[1]) if may_lack else known.all()
         assert known[1].any()
         assert np.array_equal(est.quat, plain.quat)

@@ -27,8 +27,8 @@ from signals import (
     still,
 )
 
-#: The original computes in float32: its rounding of 6e-8 a step adds up in what no feedback forgets. The float32 run does
-#: the same sums in another order; measured at most 1.7e-6 rad over 13,514 samples.
+#: The original computes in float32: its rounding of 6e-8 a step adds up in what no feedback forgets. The float32 run
+#: does the same sums in another order; measured at most 1.7e-6 rad over 13,514 samples.
 FLOAT32 = 1e-5
 #: The float64 run does not round; the original's products of degrees and radians are off by 1e-7, a rate of 6 rad/s by
 #: 6e-7 rad/s, for minutes in 6D: measured 2.2e-5.
@@ -80,7 +80,7 @@ def original(
     quats, biases = [], []
     outputs: dict[str, list[float]] = {name: [] for name in ar.Fusion.OUTPUTS}
     for w, a, m in zip(*(array.astype(np.float32) for array in arrays), strict=True):
-        # A magnetometer of zeros is one that is not there; `update_no_magnetometer` sets the heading to zero at the start.
+        # A magnetometer of zeros is one that is not there; `update_no_magnetometer` zeroes the heading at the start.
         ahrs.update(w if bias is None else offset.update(w), a, m)
         quats.append(ahrs.get_quaternion())
         biases.append(np.radians(offset.get_offset()))
@@ -260,7 +260,7 @@ def test_the_bias_is_found_at_rest_with_the_time_constant_of_the_cut_off() -> No
     t = np.arange(5600) / RATE
     left = bias - est.gyr_bias[:, 301:5901]
     expected = bias * np.exp(-2.0 * math.pi * 0.02 * t)[:, None]
-    # n steps of 1 - c for exp(-nc), c = 1.26e-3: off by c/2 relative to each, at most c/2e, and by the first one or two.
+    # n steps of 1 - c for exp(-nc), c = 1.26e-3, are off by at most c/2e, and the first one or two steps by c each.
     assert np.abs(left - expected).max() < 0.02 * 2.0 * 2.0 * math.pi * 0.02 / RATE
     assert not np.any(est.status[:, :300] & Status.REST)
     assert np.all(est.status[:, 302:] & Status.REST)

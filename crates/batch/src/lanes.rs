@@ -25,6 +25,7 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
         jobs.iter_mut().map(|job| (&mut job.stream, Output::new(&mut job.outputs))).unzip();
     let mut done = 0;
     let mut active = jobs_with_more(&lengths, done);
+    watch.done(lengths.len() - active);
     while active >= WORTH_LANES && watch.go_on() {
         let shortest = lengths.get(active - 1).copied().unwrap_or(done);
         let end = shortest.min(done + Stage::<T>::capacity());

@@ -1,7 +1,7 @@
 """x-io's revision of Madgwick's filter (thesis, chapter 7; Fusion 1.3), with times for its counts of samples.
 
-In quaternions and vectors of the sensor frame, as its authors describe it: half of the predicted directions, feedback by
-their cross products with the measured ones, added to half of the angular rate.
+In quaternions and vectors of the sensor frame, as its authors describe it: half of the predicted directions, feedback
+by their cross products with the measured ones, added to half of the angular rate.
 """
 
 import math
