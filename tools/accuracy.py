@@ -44,7 +44,7 @@ Fusion is the imufusion package's filter: imufusion 1.3.3 itself, at its default
 recordings, whether it starts at the identity (of its NWU) or is seeded with the alignment to the first sample. The
 recordings rest for 26 s or more before the movement that is scored; the identity is wrong by some 90° there, which the
 gain of the start has taken back to 0.1° within 0.8 s. So starting from the first sample saves that second, and nothing
-of the score; where the start is close to 180° off it saves the minutes that a start at the identity may take. Its
+of the score; where the identity is 180° off it saves the wait for noise, which alone leads away from there. Its
 published gain of 0.5 rad/s forgets the gyroscope within two seconds, too soon for the translations and magnets here.
 """
 

@@ -3,8 +3,8 @@
 use ahrs_rs_batch::Number;
 use ndarray::{ArrayView2, ArrayView3, ArrayViewD, Axis, Dimension};
 use numpy::{
-    Element, IntoPyArray, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
-    PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
@@ -314,8 +314,9 @@ impl Values {
     /// A numpy array that takes over the values.
     pub fn into_numpy(self, py: Python<'_>) -> Bound<'_, PyAny> {
         match self {
-            Values::F32(values) => values.into_pyarray(py).into_any(),
-            Values::F64(values) => values.into_pyarray(py).into_any(),
+            // Copied: an array that owns a Rust vector needs a second Python object to do so.
+            Values::F32(values) => PyArray1::from_slice(py, &values).into_any(),
+            Values::F64(values) => PyArray1::from_slice(py, &values).into_any(),
         }
     }
 }
