@@ -51,7 +51,7 @@ accuracy: build ## Score every filter on real recordings (AHRS_RS_DATA) into doc
 	$(BIN)/python tools/accuracy.py
 
 bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
-	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1'
+	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1' 'imufusion==1.3.3'
 	$(BIN)/python benches/peers.py
 	cargo bench --quiet
 

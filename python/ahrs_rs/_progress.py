@@ -33,3 +33,13 @@ def progress_count(total: int, *, shown: bool, unit: str) -> Iterator[Callable[[
             bar.update(finished - bar.n)
 
         yield count
+
+
+def counting_on(count: Callable[[int], object] | None, before: int) -> Callable[[int], object] | None:
+    """The function for a part of the work, before which some were finished."""
+
+    def on(finished: int) -> None:
+        if count is not None:
+            count(before + finished)
+
+    return None if count is None else on

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs._filter import Filter, thread_count
-from ahrs_rs._progress import progress_count
+from ahrs_rs._progress import counting_on, progress_count
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.recording import Recording
@@ -111,8 +111,8 @@ def sweep(
     grid : a dict of values for each parameter, of which every combination is taken (the last parameter changes
         fastest), or a list of dicts; what is not named has its default
     recordings : each a `Recording` with `ref`, or a dict of its fields
-    metric : the error whose root mean square over the samples of ``mask`` is wanted, as in `metrics.score`: ``"total"``,
-        ``"heading"`` or ``"inclination"``, in degrees; or a function of an `Estimate` and a `Recording`
+    metric : the error whose root mean square over the samples of ``mask`` is wanted, as in `metrics.score`:
+        ``"total"``, ``"heading"`` or ``"inclination"``, in degrees; or a function of an `Estimate` and a `Recording`
     threads : by default as many as there are cores
     progress : show a progress bar, if standard error is a terminal; or a function that is called with how many errors
         are done and how many there are
@@ -139,7 +139,6 @@ def sweep(
     settings = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold}
     threads = thread_count(threads)
     shown = progress if isinstance(progress, bool) else False
-    before = int(result.done.sum())
     with progress_count(total=result.done.size, shown=shown, unit="error") as bar:
 
         def count(finished: int) -> None:
@@ -152,7 +151,7 @@ def sweep(
             if callable(metric):
                 _by_function(result, filter, settings, trials, metric, threads, dtype, count)
             else:
-                _by_name(result, filter, settings, trials, threads, dtype, lambda new: count(before + new))
+                _by_name(result, filter, settings, trials, threads, dtype, count)
         except KeyboardInterrupt:
             raise SweepInterrupted(result) from None
         count(int(result.done.sum()))
@@ -185,7 +184,6 @@ def _by_name(
         [spec.encode(one.get(name, spec.default)) for name, spec in filter.PARAMS.items()] for one in result.params
     ]
     native = [_trial(one, dtype) for one in trials]
-    new = 0
     # What is missing is the same for most recordings: all of it, or none.
     for missing in {tuple(np.flatnonzero(~done)) for done in result.done.T}:
         which = [r for r, done in enumerate(result.done.T) if tuple(np.flatnonzero(~done)) == missing]
@@ -197,14 +195,13 @@ def _by_name(
             result.metric,
             threads,
             np.dtype(dtype) == np.float32,
-            lambda finished, new=new: count(new + finished),
+            counting_on(count, int(result.done.sum())),
         )
-        places = np.ix_(missing, which)
+        places = np.ix_(np.array(missing), np.array(which))
         result.errors[places] = np.degrees(errors).reshape(len(missing), len(which))
         result.done[places] = done.reshape(len(missing), len(which))
         if error is not None:
             raise error
-        new += done.size
 
 
 def _by_function(

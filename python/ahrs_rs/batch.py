@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, overload
 
 from ahrs_rs._filter import Call, Filter, thread_count
-from ahrs_rs._progress import progress_count
+from ahrs_rs._progress import counting_on, progress_count
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.recording import Recording
 
@@ -70,16 +70,14 @@ def run_many(
         done = 0
         for dtype, group in calls.items():
             native = [call.native for _, call in group]
-            before = done
-            counted = count and (lambda finished, before=before: count(before + finished))
-            found = f._run(native, threads, dtype == "float32", counted, False)
+            found = f._run(native, threads, dtype == "float32", counting_on(count, done), False)
             for (index, call), result in zip(group, found, strict=True):
-                failed = isinstance(result, Exception)
-                results[index] = _named(index, result) if failed else f._estimate(call, result)
+                wrong = isinstance(result, Exception)
+                results[index] = _named(index, result) if wrong else f._estimate(call, result)
             done += len(group)
-    failed = next((result for result in results if isinstance(result, Exception)), None)
-    if errors == "raise" and failed is not None:
-        raise failed
+    failed = [result for result in results if isinstance(result, Exception)]
+    if errors == "raise" and failed:
+        raise failed[0]
     return results
 
 

@@ -435,3 +435,41 @@ class BasicVQF(Filter):
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
         dtype: DTypeLike = ...,
     ) -> Self: ...
+
+class Fusion(Filter):
+    @property
+    def gain(self) -> float: ...
+    @property
+    def gyroscope_range(self) -> float: ...
+    @property
+    def acceleration_rejection(self) -> float: ...
+    @property
+    def magnetic_rejection(self) -> float: ...
+    @property
+    def rejection_timeout(self) -> float: ...
+    @property
+    def bias(self) -> bool: ...
+    @property
+    def stationary_threshold(self) -> float: ...
+    @property
+    def stationary_period(self) -> float: ...
+    @property
+    def integration(self) -> str: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        gain: float = 0.5,
+        gyroscope_range: float = 0.0,
+        acceleration_rejection: float = 0.0,
+        magnetic_rejection: float = 0.0,
+        rejection_timeout: float = 0.0,
+        bias: bool = False,
+        stationary_threshold: float = 3.0,
+        stationary_period: float = 3.0,
+        integration: Literal["first-order", "exponential"] = "first-order",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
