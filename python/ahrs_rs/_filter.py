@@ -194,7 +194,7 @@ class Filter(_native.NativeFilter):
         q0 : (4,) or (N, 4), attitude one step before the first sample; by default the first samples align
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
-        out : array (..., T, 4) into which the quaternions are written
+        out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
         threads : how many recordings are computed at once; by default as many as there are cores
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says

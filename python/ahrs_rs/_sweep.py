@@ -189,7 +189,8 @@ def _by_name(
         which = [r for r, done in enumerate(result.done.T) if tuple(np.flatnonzero(~done)) == missing]
         if not missing:
             continue
-        errors, done, error = filter(**settings)._sweep(
+        made = filter(**settings)
+        errors, done, error = made._sweep(
             [values[p] for p in missing],
             [native[r] for r in which],
             result.metric,

@@ -6,6 +6,7 @@ use ahrs_rs::{Estimator, Filter, Mask, Quat, Scalar, Settings, Vec3};
 use crate::metric::{Metric, Sums};
 use crate::registry::Number;
 use crate::simd::{Instructions, Vector, Work};
+use crate::transpose::{deinterleave, interleave};
 
 /// A run of samples of several recordings, and room for what comes out.
 ///
@@ -37,6 +38,10 @@ pub trait Bank<T>: Send {
     fn save(&mut self, lane: usize) -> Vec<f64>;
     /// Goes on by the samples. Stops at the shortest of the slices.
     fn run(&mut self, rows: &mut Rows<'_, T>);
+    /// Numbers of as many sources as lanes into the order of the lanes; each source holds as many as there is room for.
+    fn interleave(&self, to: &mut [T], from: &[&[T]]);
+    /// Numbers in the order of the lanes to the places of the first lanes.
+    fn deinterleave(&self, from: &[T], to: &mut [&mut [T]]);
     /// Adds the squared errors of the attitudes of some rows against those of a reference to the sums of the lanes.
     fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums);
 }
@@ -85,6 +90,16 @@ where
 
     fn run(&mut self, rows: &mut Rows<'_, T>) {
         self.instructions.run(Steps { estimator: &mut self.estimator, rows });
+    }
+
+    fn interleave(&self, to: &mut [T], from: &[&[T]]) {
+        let done = self.instructions.interleave(to, from);
+        interleave(to, from, done);
+    }
+
+    fn deinterleave(&self, from: &[T], to: &mut [&mut [T]]) {
+        let done = self.instructions.deinterleave(from, to);
+        deinterleave(from, I::Vector::LANES, to, done);
     }
 
     fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums) {

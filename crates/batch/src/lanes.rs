@@ -23,6 +23,7 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
     let with_bias = jobs.iter().any(|job| job.outputs.gyr_bias.is_some());
     let (mut streams, mut outputs): (Vec<_>, Vec<_>) =
         jobs.iter_mut().map(|job| (&mut job.stream, Output::new(&mut job.outputs))).unzip();
+    let mut refused = Vec::new();
     let mut done = 0;
     let mut active = jobs_with_more(&lengths, done);
     watch.done(lengths.len() - active);
@@ -30,13 +31,10 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
         let shortest = lengths.get(active - 1).copied().unwrap_or(done);
         let end = shortest.min(done + Stage::<T>::capacity());
         let current = inputs.get(..active).unwrap_or_default();
-        stage.fill(current, done, end);
+        stage.fill(bank, current, done, end);
         bank.run(&mut stage.rows(with_bias));
-        if stage.any_infinite(current, done) {
-            watch.refuse();
-            break;
-        }
-        stage.write_back(outputs.get_mut(..active).unwrap_or_default(), done);
+        refused.extend(stage.infinite(current, done));
+        stage.write_back(bank, outputs.get_mut(..active).unwrap_or_default(), done);
         done = end;
         let before = active;
         active = jobs_with_more(&lengths, done);
@@ -49,8 +47,13 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
     // What is left is too little for lanes.
     for (lane, job) in jobs.iter_mut().enumerate().take(active) {
         job.stream.load(&bank.save(lane));
-        run_from(job.stream.as_mut(), &job.recording, &mut job.outputs, done, watch);
+        job.infinite = run_from(job.stream.as_mut(), &job.recording, &mut job.outputs, done, watch);
         watch.done(1);
+    }
+    for lane in refused {
+        if let Some(job) = jobs.get_mut(lane) {
+            job.infinite = true;
+        }
     }
 }
 

@@ -86,23 +86,25 @@ pub fn any_infinite<T: Number>(values: &[T]) -> bool {
     values.iter().fold(false, |any, value| any | T::splat(T::MAX).lt(value.abs()))
 }
 
-/// Runs the stream over the recording from sample `from` on, until the end or until it is told to stop.
+/// Runs the stream over the recording from sample `from` on, until the end or until it is told to stop; true where a
+/// measurement is infinite, which the filters take for missing.
 pub fn run_from<T: Number>(
     stream: &mut dyn Stream<T>,
     recording: &Recording<'_, T>,
     outputs: &mut Outputs<'_, T>,
     from: usize,
     watch: &Watch,
-) {
+) -> bool {
     let total = recording.gyr.nrows();
     let (mut gyr, mut acc, mut mag) = (Vec::new(), Vec::new(), Vec::new());
     let mut dt = Vec::with_capacity(TILE.min(total));
     let (mut quat, mut gyr_bias, mut status) = (Vec::new(), Vec::new(), Vec::new());
     let mut extra: Vec<_> = outputs.extra.iter().map(|(index, _)| (*index, Vec::new())).collect();
 
+    let mut infinite = false;
     for start in (from..total).step_by(TILE) {
         if !watch.go_on() {
-            return;
+            return infinite;
         }
         let end = total.min(start + TILE);
         let rows = s![start..end, ..];
@@ -123,8 +125,7 @@ pub fn run_from<T: Number>(
         });
         let missing = status_of(&status, &status_out);
         if missing & HIDES_INFINITE != 0 && sensors_infinite(recording, start, end) {
-            watch.refuse();
-            return;
+            infinite = true;
         }
         write_back(&quat, &mut quat_out);
         if let Some(out) = &mut bias_out {
@@ -137,6 +138,7 @@ pub fn run_from<T: Number>(
             }
         }
     }
+    infinite
 }
 
 /// The rows of an array next to each other: where they lie, or copied into the buffer.

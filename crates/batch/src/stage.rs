@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
-use crate::bank::Rows;
+use crate::bank::{Bank, Rows};
 use crate::recording::{HIDES_INFINITE, Outputs, Recording, Time, any_infinite};
 use crate::registry::Number;
-use crate::transpose::{deinterleave, interleave};
+use crate::transpose::deinterleave;
 
 /// Samples of each recording in a tile.
 const TILE: usize = 64;
@@ -72,23 +72,23 @@ impl<T: Number> Stage<T> {
 
     /// Takes samples `start..end` of recordings that have the same sensors, at most as many as there is room for. Lanes
     /// beyond the last recording get what the first one does.
-    pub fn fill(&mut self, inputs: &[Input<'_, T>], start: usize, end: usize) {
+    pub fn fill(&mut self, bank: &dyn Bank<T>, inputs: &[Input<'_, T>], start: usize, end: usize) {
         let lanes = self.lanes;
         let Some(first) = inputs.first() else { return };
         self.rows = end.saturating_sub(start).min(TILE);
         let (rows, end) = (self.rows, start + self.rows);
         let each = || (0..lanes).map(|lane| inputs.get(lane).unwrap_or(first));
         let scratch = &mut self.scratch;
-        into_lanes(self.gyr.get_mut(3 * lanes * rows), each().map(|r| &r.gyr), start..end, scratch);
+        into_lanes(bank, self.gyr.get_mut(3 * lanes * rows), each().map(|r| &r.gyr), start..end, scratch);
         self.has_acc = first.acc.is_some();
         if self.has_acc {
             let acc = each().filter_map(|r| r.acc.as_ref());
-            into_lanes(self.acc.get_mut(3 * lanes * rows), acc, start..end, scratch);
+            into_lanes(bank, self.acc.get_mut(3 * lanes * rows), acc, start..end, scratch);
         }
         self.has_mag = first.mag.is_some();
         if self.has_mag {
             let mag = each().filter_map(|r| r.mag.as_ref());
-            into_lanes(self.mag.get_mut(3 * lanes * rows), mag, start..end, scratch);
+            into_lanes(bank, self.mag.get_mut(3 * lanes * rows), mag, start..end, scratch);
         }
         let step = first.time.step;
         let steady =
@@ -98,16 +98,19 @@ impl<T: Number> Stage<T> {
             each().for_each(|r| r.time.steps(&mut self.steps, start, end));
             let mut steps: [&[T]; MOST_LANES] = [&[]; MOST_LANES];
             steps.iter_mut().zip(self.steps.chunks_exact(rows.max(1))).for_each(|(place, steps)| *place = steps);
-            interleave(self.dt.get_mut(lanes * rows), steps.get(..lanes).unwrap_or_default());
+            bank.interleave(self.dt.get_mut(lanes * rows), steps.get(..lanes).unwrap_or_default());
         }
         // What a whole tile holds need not be written again.
         self.steady = steady && (self.steady || rows == TILE);
     }
 
-    /// Whether one of the inputs of the tile, which begins at sample `start`, is infinite: told by the filters, which take it
-    /// for missing, so that data in which nothing is missing is not searched.
-    pub fn any_infinite(&self, inputs: &[Input<'_, T>], start: usize) -> bool {
+    /// The lanes of the tile, which begins at sample `start`, that hold an infinite value. The filters take it for missing
+    /// and say so, so that data in which nothing is missing are not searched.
+    pub fn infinite(&self, inputs: &[Input<'_, T>], start: usize) -> Vec<usize> {
         let missing = self.status.get(self.lanes * self.rows).iter().fold(0, |bits, &status| bits | status);
+        if missing & HIDES_INFINITE == 0 {
+            return Vec::new();
+        }
         let rows = start..start + self.rows;
         let infinite = |source: &Source<'_, T>| match source {
             Source::Flat(values, width) => {
@@ -115,8 +118,11 @@ impl<T: Number> Stage<T> {
             }
             Source::Spread(view) => view.slice(s![rows.clone(), ..]).iter().any(|value| any_infinite(&[*value])),
         };
-        missing & HIDES_INFINITE != 0
-            && inputs.iter().any(|r| [Some(&r.gyr), r.acc.as_ref(), r.mag.as_ref()].into_iter().flatten().any(infinite))
+        let lanes = inputs.iter().enumerate();
+        lanes
+            .filter(|(_, r)| [Some(&r.gyr), r.acc.as_ref(), r.mag.as_ref()].into_iter().flatten().any(infinite))
+            .map(|(lane, _)| lane)
+            .collect()
     }
 
     /// The tile, for a bank to go on by.
@@ -139,15 +145,17 @@ impl<T: Number> Stage<T> {
     }
 
     /// Copies the results of the first lanes to samples from `start` on.
-    pub fn write_back(&mut self, outputs: &mut [Output<'_, T>], start: usize) {
+    pub fn write_back(&mut self, bank: &dyn Bank<T>, outputs: &mut [Output<'_, T>], start: usize) {
         let (lanes, rows) = (self.lanes, self.rows);
         let part = start..start + rows;
         let quat = outputs.iter_mut().map(|out| &mut out.quat);
-        out_of_lanes(self.quat.get(4 * lanes * rows), lanes, quat, part.clone(), &mut self.scratch);
+        let apart = |from: &[T], to: &mut [&mut [T]]| bank.deinterleave(from, to);
+        out_of_lanes(self.quat.get(4 * lanes * rows), quat, part.clone(), &mut self.scratch, apart);
         let gyr_bias = outputs.iter_mut().filter_map(|out| out.gyr_bias.as_mut());
-        out_of_lanes(self.gyr_bias.get(3 * lanes * rows), lanes, gyr_bias, part.clone(), &mut self.scratch);
+        out_of_lanes(self.gyr_bias.get(3 * lanes * rows), gyr_bias, part.clone(), &mut self.scratch, apart);
         let status = outputs.iter_mut().map(|out| &mut out.status);
-        out_of_lanes(self.status.get(lanes * rows), lanes, status, part, &mut self.status_scratch);
+        let apart = |from: &[u8], to: &mut [&mut [u8]]| deinterleave(from, lanes, to, 0);
+        out_of_lanes(self.status.get(lanes * rows), status, part, &mut self.status_scratch, apart);
     }
 }
 
@@ -254,6 +262,7 @@ impl<E: Copy> Aligned<E> {
 
 /// Copies rows, of one source for each lane, into the order of the lanes.
 fn into_lanes<'a, 'b: 'a, T: Number>(
+    bank: &dyn Bank<T>,
     to: &mut [T],
     sources: impl Iterator<Item = &'a Source<'b, T>>,
     rows: Range<usize>,
@@ -265,18 +274,19 @@ fn into_lanes<'a, 'b: 'a, T: Number>(
         *part = source.part(rows.clone(), scratch);
         lanes += 1;
     }
-    interleave(to, parts.get(..lanes).unwrap_or_default());
+    bank.interleave(to, parts.get(..lanes).unwrap_or_default());
 }
 
 /// Copies what stands in the order of the lanes into rows, one sink for each of the first lanes.
 fn out_of_lanes<'a, 'b: 'a, E: Copy + 'b>(
     from: &[E],
-    lanes: usize,
     sinks: impl Iterator<Item = &'a mut Sink<'b, E>>,
     rows: Range<usize>,
     scratch: &mut [E],
+    apart: impl Fn(&[E], &mut [&mut [E]]),
 ) {
     let mut parts: [&mut [E]; MOST_LANES] = std::array::from_fn(|_| Default::default());
+    let mut count = 0;
     let mut spread = Vec::new();
     let mut scratch = scratch.chunks_mut(ROOM);
     for (lane, (part, sink)) in parts.iter_mut().zip(sinks).enumerate() {
@@ -289,8 +299,9 @@ fn out_of_lanes<'a, 'b: 'a, E: Copy + 'b>(
             }
         }
         .unwrap_or_default();
+        count += 1;
     }
-    deinterleave(from, lanes, &mut parts);
+    apart(from, parts.get_mut(..count).unwrap_or_default());
     for (lane, view) in spread {
         let values = parts.get(lane).map(|part| part.iter()).unwrap_or_default();
         view.slice_mut(s![rows.clone(), ..]).iter_mut().zip(values).for_each(|(place, &value)| *place = value);

@@ -6,6 +6,7 @@ use crate::bank::{Bank, Rows};
 use crate::metric::{Metric, Sums};
 use crate::registry::Number;
 use crate::simd::Alone;
+use crate::transpose::{deinterleave, interleave};
 
 /// Samples whose readings are computed ahead of the steps.
 const AHEAD: usize = 64;
@@ -182,6 +183,14 @@ impl<T: Number> Bank<T> for Single<T> {
             status: rows.status,
             extra: &mut [],
         });
+    }
+
+    fn interleave(&self, to: &mut [T], from: &[&[T]]) {
+        interleave(to, from, 0);
+    }
+
+    fn deinterleave(&self, from: &[T], to: &mut [&mut [T]]) {
+        deinterleave(from, 1, to, 0);
     }
 
     fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums) {

@@ -97,7 +97,9 @@ fn run<T: Number>(
             return None;
         }
         let start = tile * Stage::<T>::capacity();
-        stage.fill(&inputs, start, start + reference.len());
+        if let Some(bank) = banks.first() {
+            stage.fill(bank.as_ref(), &inputs, start, start + reference.len());
+        }
         for (bank, sums) in banks.iter_mut().zip(&mut sums) {
             bank.run(&mut stage.rows(false));
             bank.score(sweep.metric, stage.quat(), reference, sums);

@@ -20,6 +20,8 @@ pub struct Job<'a, T> {
     pub recording: Recording<'a, T>,
     /// What comes out.
     pub outputs: Outputs<'a, T>,
+    /// Set where a measurement turns out to be infinite, which the filters take for missing.
+    pub infinite: bool,
 }
 
 /// How jobs are run.
@@ -41,7 +43,6 @@ pub struct Plan<'a> {
 #[derive(Debug, Default)]
 pub struct Watch {
     stopped: AtomicBool,
-    infinite: AtomicBool,
     done: AtomicUsize,
 }
 
@@ -53,15 +54,6 @@ impl Watch {
     /// False where the work is to stop.
     pub fn go_on(&self) -> bool {
         !self.stopped.load(Ordering::Relaxed)
-    }
-    /// Stops the work because an input is infinite.
-    pub fn refuse(&self) {
-        self.infinite.store(true, Ordering::Relaxed);
-        self.stop();
-    }
-    /// True where an input was infinite.
-    pub fn refused(&self) -> bool {
-        self.infinite.load(Ordering::Relaxed)
     }
     /// Counts some that are finished.
     pub fn done(&self, count: usize) {
@@ -103,7 +95,7 @@ fn run_group<T: Number>(group: &mut [&mut Job<'_, T>], plan: &Plan<'_>, watch: &
     match isa.and_then(|isa| T::bank(plan.entry, isa, &[plan.values], plan.settings)) {
         Some(Ok(mut bank)) => lanes::run(bank.as_mut(), group, watch),
         _ => group.iter_mut().for_each(|job| {
-            run_from(job.stream.as_mut(), &job.recording, &mut job.outputs, 0, watch);
+            job.infinite = run_from(job.stream.as_mut(), &job.recording, &mut job.outputs, 0, watch);
             watch.done(1);
         }),
     }

@@ -44,11 +44,9 @@ pub fn run_calls<'py, T: Dtype>(
     calls: &[Call<'py>],
     way: &Way<'_, 'py>,
 ) -> PyResult<Vec<PyResult<Bound<'py, PyAny>>>> {
-    // Of one call into new arrays nothing is lost if an infinite value is found on the way.
-    let search = calls.len() > 1 || calls.iter().any(|call| call.7.is_some());
     let mut prepared = Vec::with_capacity(calls.len());
     for call in calls {
-        match Prepared::<T>::new(py, recipe, call, search) {
+        match Prepared::<T>::new(py, recipe, call) {
             Err(error) if way.raising => return Err(error),
             made => prepared.push(made),
         }
@@ -69,26 +67,28 @@ pub fn run_calls<'py, T: Dtype>(
         threads: way.threads,
     };
     let samples = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
-    let ((), watch, error) = watched(py, samples, way.progress, |watch| run_all(&mut jobs, &plan, watch))?;
+    let ((), error) = watched(py, samples, way.progress, |watch| run_all(&mut jobs, &plan, watch))?;
     if let Some(error) = error {
         return Err(error);
     }
     let mut jobs = jobs.iter_mut();
-    let mut snapshots: Vec<_> = counts
-        .iter()
-        .zip(prepared.iter().flatten())
-        .map(|(&count, made)| made.snapshots(jobs.by_ref().take(count)))
-        .collect();
-    let mut snapshots = snapshots.drain(..);
-    if watch.refused() {
-        prepared.iter().flatten().try_for_each(|made| made.check_finite(py))?;
+    let mut ends = Vec::with_capacity(counts.len());
+    for (&count, made) in counts.iter().zip(prepared.iter().flatten()) {
+        let own: Vec<_> = jobs.by_ref().take(count).collect();
+        // Where a filter took an infinite value for missing it is looked for.
+        let finite = if own.iter().any(|job| job.infinite) { made.check_finite(py) } else { Ok(()) };
+        match finite {
+            Err(error) if way.raising => return Err(error),
+            finite => ends.push(finite.map(|()| made.snapshots(own.into_iter()))),
+        }
     }
     drop(rooms);
+    let mut ends = ends.into_iter();
     Ok(prepared
         .into_iter()
         .map(|made| {
             let Prepared { quat, gyr_bias, status, extra, .. } = made?;
-            let after = snapshots.next().unwrap_or_default();
+            let after = ends.next().unwrap_or_else(|| Ok(Vec::new()))?;
             Ok((quat, gyr_bias, status, extra, after).into_pyobject(py)?.into_any())
         })
         .collect())
@@ -122,7 +122,7 @@ struct Room<'py, T: Dtype> {
 }
 
 impl<'py, T: Dtype> Prepared<'py, T> {
-    fn new(py: Python<'py>, recipe: &Recipe, call: &Call<'py>, search: bool) -> PyResult<Self> {
+    fn new(py: Python<'py>, recipe: &Recipe, call: &Call<'py>) -> PyResult<Self> {
         let (gyr_given, acc_given, mag_given, t_given, q0, states, outputs, out) = call;
         let t = t_given.as_ref().map(|t| array::<f64>("t", t)).transpose()?;
         let gyr = array::<T>("gyr", gyr_given)?;
@@ -177,9 +177,6 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             extra,
             asked,
         };
-        if search {
-            made.check_finite(py)?;
-        }
         let streams = made.streams(recipe)?;
         made.times(recipe, &streams)?;
         made.zero_bias = streams.iter().all(|stream| stream.bias_stays_zero());
@@ -247,6 +244,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
                     status: status.index_axis_move(Axis(1), 0),
                     extra: extra.iter_mut().filter_map(|(index, rows)| Some((*index, rows.next()?))).collect(),
                 },
+                infinite: false,
             });
         }
         Ok(jobs)

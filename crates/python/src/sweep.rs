@@ -92,7 +92,7 @@ pub fn run_sweep<'py, T: Dtype>(
     let trials = checked.iter().map(Checked::trial).collect::<PyResult<Vec<_>>>()?;
     let plan = Sweep { entry: recipe.entry, sets, settings: recipe.settings, metric, isa: Isa::fastest(), threads };
     let samples = trials.iter().map(|trial| trial.reference.len() * sets.len()).sum();
-    let (errors, _, error) = watched(py, samples, progress, |watch| sweep(&plan, &trials, watch))?;
+    let (errors, error) = watched(py, samples, progress, |watch| sweep(&plan, &trials, watch))?;
     let errors = errors.map_err(|error| PyValueError::new_err(error.to_string()))?;
     let values: Vec<f64> = errors.iter().map(|error| error.unwrap_or(f64::NAN)).collect();
     let done: Vec<bool> = errors.iter().map(Option::is_some).collect();

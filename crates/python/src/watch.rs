@@ -23,7 +23,7 @@ pub fn watched<R: Send>(
     samples: usize,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> R + Send,
-) -> PyResult<(R, Watch, Option<PyErr>)> {
+) -> PyResult<(R, Option<PyErr>)> {
     let watch = Watch::default();
     // A panic of a worker is an exception here.
     let work = || catch_unwind(AssertUnwindSafe(|| work(&watch)));
@@ -58,7 +58,7 @@ pub fn watched<R: Send>(
         })
     };
     match result {
-        Ok(result) => Ok((result, watch, error)),
+        Ok(result) => Ok((result, error)),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
             Err(PyRuntimeError::new_err(format!("a worker panicked: {}", text.unwrap_or("without a message"))))

@@ -28,6 +28,15 @@ pub trait Instructions<T: Real>: Copy + Send + Sync + 'static {
     type Vector: Vector<Real = T>;
     /// Does the work with these instructions.
     fn run(self, work: impl Work);
+    /// Writes the first number of every source, then the second of every source, and so on, where it can do so for many at
+    /// once; gives how many of each are written. There are as many sources as lanes.
+    fn interleave(self, _to: &mut [T], _from: &[&[T]]) -> usize {
+        0
+    }
+    /// Takes apart what `interleave` puts together, for the first lanes, as many as there are places.
+    fn deinterleave(self, _from: &[T], _to: &mut [&mut [T]]) -> usize {
+        0
+    }
 }
 
 /// What every processor has: pairs of numbers, which fill the time in which a number alone would wait.

@@ -6,6 +6,7 @@
 
 #![allow(unsafe_code, reason = "vector instructions; each is allowed where values of its register exist")]
 #![allow(unused_unsafe, unused_braces, reason = "masks of AVX-512 are plain numbers")]
+#![allow(clippy::indexing_slicing, reason = "indices below the lengths of arrays")]
 #![allow(clippy::wildcard_imports, reason = "some seventy instructions")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "one reason holds for all: see above")]
 
@@ -54,12 +55,24 @@ impl Instructions<f32> for Avx2 {
     fn run(self, work: impl Work) {
         unsafe { with_avx2(work) };
     }
+    fn interleave(self, to: &mut [f32], from: &[&[f32]]) -> usize {
+        unsafe { into_f32x8(to, from) }
+    }
+    fn deinterleave(self, from: &[f32], to: &mut [&mut [f32]]) -> usize {
+        unsafe { out_of_f32x8(from, to) }
+    }
 }
 
 impl Instructions<f64> for Avx2 {
     type Vector = F64x4;
     fn run(self, work: impl Work) {
         unsafe { with_avx2(work) };
+    }
+    fn interleave(self, to: &mut [f64], from: &[&[f64]]) -> usize {
+        unsafe { into_f64x4(to, from) }
+    }
+    fn deinterleave(self, from: &[f64], to: &mut [&mut [f64]]) -> usize {
+        unsafe { out_of_f64x4(from, to) }
     }
 }
 
@@ -68,12 +81,24 @@ impl Instructions<f32> for Avx512 {
     fn run(self, work: impl Work) {
         unsafe { with_avx512(work) };
     }
+    fn interleave(self, to: &mut [f32], from: &[&[f32]]) -> usize {
+        unsafe { into_f32x16(to, from) }
+    }
+    fn deinterleave(self, from: &[f32], to: &mut [&mut [f32]]) -> usize {
+        unsafe { out_of_f32x16(from, to) }
+    }
 }
 
 impl Instructions<f64> for Avx512 {
     type Vector = F64x8;
     fn run(self, work: impl Work) {
         unsafe { with_avx512(work) };
+    }
+    fn interleave(self, to: &mut [f64], from: &[&[f64]]) -> usize {
+        unsafe { into_f64x8(to, from) }
+    }
+    fn deinterleave(self, from: &[f64], to: &mut [&mut [f64]]) -> usize {
+        unsafe { out_of_f64x8(from, to) }
     }
 }
 
@@ -88,7 +113,8 @@ macro_rules! register {
         lt |$lt_a:ident, $lt_b:ident| $lt:expr, le |$le_a:ident, $le_b:ident| $le:expr,
         select |$m:ident, $yes:ident, $no:ident| $select:expr,
         bits |$bits_m:ident| $bits:expr, from_bits |$from:ident| $from_bits:expr,
-        and |$and_a:ident, $and_b:ident| $and:expr, or |$or_a:ident, $or_b:ident| $or:expr, not |$not_a:ident| $not:expr
+        and |$and_a:ident, $and_b:ident| $and:expr, or |$or_a:ident, $or_b:ident| $or:expr, not |$not_a:ident| $not:expr,
+        feature $feature:literal, transpose $transpose:ident, into $into:ident, out_of $out_of:ident
     ) => {
         $(#[doc = $doc])+
         #[derive(Clone, Copy)]
@@ -221,6 +247,46 @@ macro_rules! register {
             }
         }
 
+        /// Numbers of sources, one for each lane, into the order of the lanes; how many of each are done.
+        #[target_feature(enable = $feature)]
+        fn $into(to: &mut [$real], from: &[&[$real]]) -> usize {
+            let Some(from) = from.first_chunk::<$lanes>() else { return 0 };
+            let len = from.iter().fold(to.len() / $lanes, |len, source| len.min(source.len()));
+            let mut rows = [$splat(0.0); $lanes];
+            let mut start = 0;
+            while start + $lanes <= len {
+                for k in 0..$lanes {
+                    rows[k] = unsafe { $load(from[k].as_ptr().add(start)) };
+                }
+                $transpose(&mut rows);
+                for k in 0..$lanes {
+                    unsafe { $store(to.as_mut_ptr().add((start + k) * $lanes), rows[k]) };
+                }
+                start += $lanes;
+            }
+            start
+        }
+
+        /// Numbers in the order of the lanes to places, one for each of the first lanes; how many of each are done.
+        #[target_feature(enable = $feature)]
+        fn $out_of(from: &[$real], to: &mut [&mut [$real]]) -> usize {
+            let lanes = to.len().min($lanes);
+            let len = to.iter().fold(from.len() / $lanes, |len, places| len.min(places.len()));
+            let mut rows = [$splat(0.0); $lanes];
+            let mut start = 0;
+            while start + $lanes <= len {
+                for k in 0..$lanes {
+                    rows[k] = unsafe { $load(from.as_ptr().add((start + k) * $lanes)) };
+                }
+                $transpose(&mut rows);
+                for k in 0..lanes {
+                    unsafe { $store(to[k].as_mut_ptr().add(start), rows[k]) };
+                }
+                start += $lanes;
+            }
+            start
+        }
+
         impl $mask {
             /// One bit a lane, the first the lowest.
             #[inline(always)]
@@ -316,7 +382,8 @@ register! {
         element64(b, 3), element64(b, 2), element64(b, 1), element64(b, 0)
     )),
     and |a, b| _mm256_and_pd(a, b), or |a, b| _mm256_or_pd(a, b),
-    not |a| _mm256_xor_pd(a, _mm256_castsi256_pd(_mm256_set1_epi64x(-1)))
+    not |a| _mm256_xor_pd(a, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))),
+    feature "avx2", transpose transpose_f64x4, into into_f64x4, out_of out_of_f64x4
 }
 
 register! {
@@ -333,7 +400,8 @@ register! {
         element32(b, 3), element32(b, 2), element32(b, 1), element32(b, 0)
     )),
     and |a, b| _mm256_and_ps(a, b), or |a, b| _mm256_or_ps(a, b),
-    not |a| _mm256_xor_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))
+    not |a| _mm256_xor_ps(a, _mm256_castsi256_ps(_mm256_set1_epi32(-1))),
+    feature "avx2", transpose transpose_f32x8, into into_f32x8, out_of out_of_f32x8
 }
 
 register! {
@@ -345,7 +413,8 @@ register! {
     lt |a, b| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b), le |a, b| _mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b),
     select |m, yes, no| _mm512_mask_blend_pd(m, no, yes),
     bits |m| { u32::from(m) }, from_bits |b| b as __mmask8,
-    and |a, b| { a & b }, or |a, b| { a | b }, not |a| { !a }
+    and |a, b| { a & b }, or |a, b| { a | b }, not |a| { !a },
+    feature "avx512f,avx512dq", transpose transpose_f64x8, into into_f64x8, out_of out_of_f64x8
 }
 
 register! {
@@ -357,5 +426,92 @@ register! {
     lt |a, b| _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), le |a, b| _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b),
     select |m, yes, no| _mm512_mask_blend_ps(m, no, yes),
     bits |m| { u32::from(m) }, from_bits |b| b as __mmask16,
-    and |a, b| { a & b }, or |a, b| { a | b }, not |a| { !a }
+    and |a, b| { a & b }, or |a, b| { a | b }, not |a| { !a },
+    feature "avx512f,avx512dq", transpose transpose_f32x16, into into_f32x16, out_of out_of_f32x16
+}
+
+/// Rows and columns change places: first within pairs of numbers, then of pairs, then of halves of registers.
+#[target_feature(enable = "avx2")]
+fn transpose_f64x4(rows: &mut [__m256d; 4]) {
+    let r = *rows;
+    let (a, b) = (_mm256_unpacklo_pd(r[0], r[1]), _mm256_unpackhi_pd(r[0], r[1]));
+    let (c, d) = (_mm256_unpacklo_pd(r[2], r[3]), _mm256_unpackhi_pd(r[2], r[3]));
+    *rows = [
+        _mm256_permute2f128_pd::<0x20>(a, c),
+        _mm256_permute2f128_pd::<0x20>(b, d),
+        _mm256_permute2f128_pd::<0x31>(a, c),
+        _mm256_permute2f128_pd::<0x31>(b, d),
+    ];
+}
+
+/// As [`transpose_f64x4`].
+#[target_feature(enable = "avx2")]
+fn transpose_f32x8(rows: &mut [__m256; 8]) {
+    let r = *rows;
+    let mut q = r;
+    for half in 0..2 {
+        let [a, b, c, d] = [r[4 * half], r[4 * half + 1], r[4 * half + 2], r[4 * half + 3]];
+        let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+        let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+        q[4 * half] = _mm256_shuffle_ps::<0x44>(ab, cd);
+        q[4 * half + 1] = _mm256_shuffle_ps::<0xee>(ab, cd);
+        q[4 * half + 2] = _mm256_shuffle_ps::<0x44>(ab2, cd2);
+        q[4 * half + 3] = _mm256_shuffle_ps::<0xee>(ab2, cd2);
+    }
+    let mut out = q;
+    for k in 0..4 {
+        out[k] = _mm256_permute2f128_ps::<0x20>(q[k], q[k + 4]);
+        out[k + 4] = _mm256_permute2f128_ps::<0x31>(q[k], q[k + 4]);
+    }
+    *rows = out;
+}
+
+/// As [`transpose_f64x4`].
+#[target_feature(enable = "avx512f,avx512dq")]
+fn transpose_f64x8(rows: &mut [__m512d; 8]) {
+    let r = *rows;
+    let mut out = r;
+    for odd in 0..2 {
+        let mut pairs = [r[0]; 4];
+        for (k, pair) in pairs.iter_mut().enumerate() {
+            let (a, b) = (r[2 * k], r[2 * k + 1]);
+            *pair = if odd == 0 { _mm512_unpacklo_pd(a, b) } else { _mm512_unpackhi_pd(a, b) };
+        }
+        let [a, b, c, d] = pairs;
+        let (ab, ab2) = (_mm512_shuffle_f64x2::<0x88>(a, b), _mm512_shuffle_f64x2::<0xdd>(a, b));
+        let (cd, cd2) = (_mm512_shuffle_f64x2::<0x88>(c, d), _mm512_shuffle_f64x2::<0xdd>(c, d));
+        out[odd] = _mm512_shuffle_f64x2::<0x88>(ab, cd);
+        out[odd + 2] = _mm512_shuffle_f64x2::<0x88>(ab2, cd2);
+        out[odd + 4] = _mm512_shuffle_f64x2::<0xdd>(ab, cd);
+        out[odd + 6] = _mm512_shuffle_f64x2::<0xdd>(ab2, cd2);
+    }
+    *rows = out;
+}
+
+/// As [`transpose_f64x4`].
+#[target_feature(enable = "avx512f,avx512dq")]
+fn transpose_f32x16(rows: &mut [__m512; 16]) {
+    let r = *rows;
+    // Columns 4 j + c of rows 4 g to 4 g + 3 stand in part j of q[c][g].
+    let mut q = [[r[0]; 4]; 4];
+    for g in 0..4 {
+        let [a, b, c, d] = [r[4 * g], r[4 * g + 1], r[4 * g + 2], r[4 * g + 3]];
+        let (ab, ab2) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+        let (cd, cd2) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+        q[0][g] = _mm512_shuffle_ps::<0x44>(ab, cd);
+        q[1][g] = _mm512_shuffle_ps::<0xee>(ab, cd);
+        q[2][g] = _mm512_shuffle_ps::<0x44>(ab2, cd2);
+        q[3][g] = _mm512_shuffle_ps::<0xee>(ab2, cd2);
+    }
+    let mut out = r;
+    for c in 0..4 {
+        let [a, b, e, f] = q[c];
+        let (ab, ab2) = (_mm512_shuffle_f32x4::<0x88>(a, b), _mm512_shuffle_f32x4::<0xdd>(a, b));
+        let (ef, ef2) = (_mm512_shuffle_f32x4::<0x88>(e, f), _mm512_shuffle_f32x4::<0xdd>(e, f));
+        out[c] = _mm512_shuffle_f32x4::<0x88>(ab, ef);
+        out[c + 4] = _mm512_shuffle_f32x4::<0x88>(ab2, ef2);
+        out[c + 8] = _mm512_shuffle_f32x4::<0xdd>(ab, ef);
+        out[c + 12] = _mm512_shuffle_f32x4::<0xdd>(ab2, ef2);
+    }
+    *rows = out;
 }

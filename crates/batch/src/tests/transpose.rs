@@ -1,38 +1,42 @@
 //! What is put into lanes comes out of them.
 
-use crate::transpose::{deinterleave, interleave};
+use ahrs_rs::Settings;
 
-#[test]
-fn every_number_is_in_its_row_and_lane_and_comes_back() {
-    for lanes in [1, 2, 3, 4, 8, 16, 32] {
-        for rows in [0, 1, 7, 8, 9, 64, 100] {
-            let sources: Vec<Vec<usize>> =
-                (0..lanes).map(|lane| (0..rows).map(|row| 1000 * row + lane).collect()).collect();
+use crate::registry::{Number, entries};
+use crate::simd::Isa;
+
+fn every_number_is_in_its_row_and_lane_and_comes_back<T: Number>() {
+    for isa in Isa::available() {
+        let bank = T::bank(&entries()[0], isa, &[], Settings::default()).unwrap().unwrap();
+        let lanes = bank.lanes();
+        for rows in [0, 1, 7, 8, 9, 16, 64, 100] {
+            let number = |row: usize, lane: usize| T::from_f64((100 * row + lane) as f64);
+            let sources: Vec<Vec<T>> =
+                (0..lanes).map(|lane| (0..rows).map(|row| number(row, lane)).collect()).collect();
             let slices: Vec<_> = sources.iter().map(Vec::as_slice).collect();
-            let mut together = vec![usize::MAX; lanes * rows];
-            interleave(&mut together, &slices);
+            let mut together = vec![T::NAN; lanes * rows];
+            bank.interleave(&mut together, &slices);
             for row in 0..rows {
                 for lane in 0..lanes {
-                    assert_eq!(together[row * lanes + lane], 1000 * row + lane);
+                    assert_eq!(together[row * lanes + lane], number(row, lane), "{isa:?}");
                 }
             }
-            let mut back = vec![vec![usize::MAX; rows]; lanes];
-            let mut places: Vec<_> = back.iter_mut().map(Vec::as_mut_slice).collect();
-            deinterleave(&together, lanes, &mut places);
-            assert_eq!(back, sources);
+            // Lanes without a place are left out.
+            for places in [lanes, 1] {
+                let mut back = vec![vec![T::NAN; rows]; places];
+                bank.deinterleave(&together, &mut back.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+                assert_eq!(back, sources[..places], "{isa:?}");
+            }
         }
     }
 }
 
 #[test]
-fn lanes_without_a_place_are_left_out() {
-    let together: Vec<usize> = (0..8 * 20).collect();
-    let mut back = vec![vec![usize::MAX; 20]; 3];
-    let mut places: Vec<_> = back.iter_mut().map(Vec::as_mut_slice).collect();
-    let mut none: [usize; 0] = [];
-    places.push(&mut none);
-    deinterleave(&together, 8, &mut places);
-    for (lane, back) in back.iter().enumerate() {
-        assert_eq!(*back, (0..20).map(|row| 8 * row + lane).collect::<Vec<_>>());
-    }
+fn numbers_of_f64_come_back() {
+    every_number_is_in_its_row_and_lane_and_comes_back::<f64>();
+}
+
+#[test]
+fn numbers_of_f32_come_back() {
+    every_number_is_in_its_row_and_lane_and_comes_back::<f32>();
 }
