@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs._filter import Filter, thread_count
+from ahrs_rs._frame import data_frame
 from ahrs_rs._progress import counting_on, progress_count
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
@@ -68,17 +69,7 @@ class Sweep:
         }
         columns["recording"] = np.tile(np.arange(recordings), sets)
         columns["error"] = self.errors.reshape(-1)
-        try:
-            import polars
-
-            return polars.DataFrame(columns)
-        except ImportError:
-            pass
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_frame needs polars or pandas: pip install ahrs-rs[io]") from None
-        return pandas.DataFrame(columns)
+        return data_frame(columns)
 
 
 class SweepInterrupted(KeyboardInterrupt):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _native
+from ahrs_rs._frame import data_frame
 from ahrs_rs.state import State
 
 if TYPE_CHECKING:
@@ -86,18 +87,7 @@ class Estimate:
         Columns ``t, qw, qx, qy, qz, roll, pitch, yaw`` (rad), ``bias_x, bias_y, bias_z`` (rad/s) where estimated,
         ``status``, the extra outputs with their indices, and ``recording`` where there are N of them.
         """
-        columns = self._columns()
-        try:
-            import polars
-
-            return polars.DataFrame(columns)
-        except ImportError:
-            pass
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_frame needs polars or pandas: pip install ahrs-rs[io]") from None
-        return pandas.DataFrame(columns)
+        return data_frame(self._columns())
 
     def _columns(self) -> dict[str, NDArray[Any]]:
         leading = self.quat.shape[:-1]
