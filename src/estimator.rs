@@ -44,6 +44,20 @@ pub struct Settings {
     pub gyr_hold: GyrHold,
 }
 
+impl Settings {
+    /// The rotation from east-north-up to the chosen frame; `from_magnetic` where north is the magnetic one there.
+    pub fn output_rotation<S: Scalar>(&self, from_magnetic: bool) -> Quat<S> {
+        let frame = self.frame.from_enu();
+        if from_magnetic && self.declination != 0.0 { frame * self.declination_turn() } else { frame }
+    }
+
+    /// Rz(−D): from magnetic to true north in a frame whose z points up.
+    fn declination_turn<S: Scalar>(&self) -> Quat<S> {
+        let (sin, cos) = sin_cos(S::of(-0.5 * self.declination));
+        Quat::new(cos, S::zero(), S::zero(), sin)
+    }
+}
+
 /// The attitude and the status bits after one sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Output<S: Scalar> {
@@ -215,26 +229,20 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     fn turn_to_magnetic_north(&mut self, lanes: S::Mask) {
         let turn = lanes & !self.magnetic;
         if turn.any() {
-            let q = self.declination().conj() * self.filter.attitude();
+            let q = self.settings.declination_turn().conj() * self.filter.attitude();
             self.filter.set_attitude(turn, q);
             self.magnetic = self.magnetic | turn;
         }
     }
 
-    /// Rz(−D): from magnetic to true north in a frame whose z points up.
-    fn declination(&self) -> Quat<S> {
-        let (sin, cos) = sin_cos(S::of(-0.5 * self.settings.declination));
-        Quat::new(cos, S::zero(), S::zero(), sin)
-    }
-
     /// The rotation from the filter's frame to the chosen one.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn output_rotation(&self) -> Quat<S> {
-        let frame: Quat<S> = self.settings.frame.from_enu();
+        let frame: Quat<S> = self.settings.output_rotation(false);
         if self.settings.declination == 0.0 {
             return frame;
         }
-        Quat::select(self.magnetic, frame * self.declination(), frame)
+        Quat::select(self.magnetic, self.settings.output_rotation(true), frame)
     }
 
     /// Set where no sample has come and no attitude was given: the first sample aligns, and its step does not matter.

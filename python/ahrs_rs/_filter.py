@@ -239,12 +239,13 @@ class Filter(_native.NativeFilter):
         if out is not None:
             quat = out
         new_states = [self._wrap(snapshot, call.dtype) for snapshot in after]
+        state = new_states[0] if self.STREAMING and quat.ndim == 2 else new_states
         return Estimate(
             quat=quat,
             gyr_bias=gyr_bias,
             status=status,
             t=self._stamps(t, quat.shape[:-1], call.states),
-            state=new_states[0] if quat.ndim == 2 else new_states,
+            state=state if self.STREAMING else None,
             extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
         )
 
@@ -255,6 +256,8 @@ class Filter(_native.NativeFilter):
         return [self._checked(one, dtype) for one in states]
 
     def _checked(self, state: State, dtype: str) -> State:
+        if not self.STREAMING:
+            raise ValueError(f"state: expected None, as {self.NAME} is offline, got {type(state).__name__}")
         if not isinstance(state, State):
             raise ValueError(f"state: expected a State or a list of them, got {type(state).__name__}")
         state.check(self.NAME, dtype, self._settings())
@@ -304,7 +307,8 @@ class Filter(_native.NativeFilter):
     def copy(self) -> Self:
         """A filter with the same parameters and the same streaming state that goes its own way."""
         twin = type(self)(**self._keywords())
-        twin._restore(self._snapshot())
+        if self.STREAMING:
+            twin._restore(self._snapshot())
         return twin
 
     __copy__ = copy
@@ -313,14 +317,29 @@ class Filter(_native.NativeFilter):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, (type(self), self._keywords(), self._snapshot())
+        return _rebuild, (type(self), self._keywords(), self._snapshot() if self.STREAMING else None)
 
 
-def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot) -> Filter:
+def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | None) -> Filter:
     """The pickled filter."""
     made = cls(**keywords)
-    made._restore(snapshot)
+    if snapshot is not None:
+        made._restore(snapshot)
     return made
+
+
+class _Absent:
+    """What an offline filter does not have: looking for it is an ``AttributeError`` that says why."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Filter | None, owner: type[Filter]) -> Any:
+        raise AttributeError(f"{owner.NAME} is offline and has no {self.name}: it takes whole recordings by run")
+
+
+#: What goes on from sample to sample, and so is not there in offline filters.
+STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
 
 
 def _param_property(param: Param) -> property:
@@ -377,13 +396,14 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
             "__module__": "ahrs_rs",
             "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
             **{name: _param_property(param) for name, param in params.items()},
+            **({} if spec["streaming"] else {name: _Absent(name) for name in STREAMED}),
             **{method.__name__: classmethod(method) for method in SPECIAL.get(spec["name"], ())},
             "__doc__": class_doc(spec, params, outputs),
             "NAME": spec["name"],
             "PARAMS": MappingProxyType(params),
             "OUTPUTS": MappingProxyType(outputs),
             "PRESETS": MappingProxyType({name: MappingProxyType(values) for name, values in spec["presets"].items()}),
-            "STREAMING": True,
+            "STREAMING": spec["streaming"],
             "EQUIVARIANCE": spec["equivariance"],
             "SOURCE": spec["source"],
             "MAGNETOMETER": spec["magnetometer"],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ahrs_rs._frame import data_frame
 from ahrs_rs._progress import counting_on, progress_count
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
+from ahrs_rs.metrics import Score, score
 from ahrs_rs.recording import Recording
 
 __all__ = ["Sweep", "SweepInterrupted", "sweep"]
@@ -141,6 +142,8 @@ def sweep(
         try:
             if callable(metric):
                 _by_function(result, filter, settings, trials, metric, threads, dtype, count)
+            elif not filter.STREAMING:
+                _by_function(result, filter, settings, trials, _score_of(metric), threads, dtype, count)
             else:
                 _by_name(result, filter, settings, trials, threads, dtype, count)
         except KeyboardInterrupt:
@@ -216,6 +219,19 @@ def _by_function(
                 result.errors[p, r] = metric(estimate, trials[r])
                 result.done[p, r] = True
         count(int(result.done.sum()))
+
+
+def _score_of(metric: str) -> Callable[[Estimate, Recording], float]:
+    """The function of a metric that has a name."""
+    names = [field.name for field in fields(Score)]
+    if metric not in names:
+        raise ValueError(f"metric: expected one of {names}, got {metric!r}")
+
+    def error(estimate: Estimate, recording: Recording) -> float:
+        assert recording.ref is not None
+        return float(getattr(score(estimate.quat, recording.ref, recording.mask), metric))
+
+    return error
 
 
 def _recording(index: int, one: Recording | Mapping[str, Any], truth: bool) -> Recording:

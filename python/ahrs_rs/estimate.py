@@ -36,8 +36,9 @@ class Estimate:
     """(..., T) bits of `ahrs_rs.Status`."""
     t: NDArray[np.float64]
     """(T,) stamps in s, or (N, T) where they differ between recordings."""
-    state: State | list[State]
-    """After the last sample (a list of N for N recordings): ``run(..., state=est.state)`` goes on from here."""
+    state: State | list[State] | None
+    """After the last sample (a list of N for N recordings): ``run(..., state=est.state)`` goes on from here; None of an
+    offline filter."""
     extra: Mapping[str, Floats]
     """What ``outputs=`` asked for, by name: (..., T, *shape)."""
 
@@ -116,7 +117,7 @@ def _estimate(
     gyr_bias: Floats | None,
     status: NDArray[np.uint8],
     t: NDArray[np.float64],
-    state: State | list[State],
+    state: State | list[State] | None,
     extra: dict[str, Floats],
 ) -> Estimate:
     """The pickled estimate."""

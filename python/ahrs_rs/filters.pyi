@@ -20,6 +20,7 @@ __all__ = [
     "LinearKalman",
     "Madgwick",
     "Mahony",
+    "OfflineVQF",
     "Tilt",
     "Trigonometric",
 ]
@@ -468,6 +469,92 @@ class Fusion(Filter):
         stationary_threshold: float = 3.0,
         stationary_period: float = 3.0,
         integration: Literal["first-order", "exponential"] = "first-order",
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
+class OfflineVQF(Filter):
+    @property
+    def tau_acc(self) -> float: ...
+    @property
+    def tau_mag(self) -> float: ...
+    @property
+    def motion_bias_est_enabled(self) -> bool: ...
+    @property
+    def rest_bias_est_enabled(self) -> bool: ...
+    @property
+    def mag_dist_rejection_enabled(self) -> bool: ...
+    @property
+    def bias_sigma_init(self) -> float: ...
+    @property
+    def bias_forgetting_time(self) -> float: ...
+    @property
+    def bias_clip(self) -> float: ...
+    @property
+    def bias_sigma_motion(self) -> float: ...
+    @property
+    def bias_vertical_forgetting_factor(self) -> float: ...
+    @property
+    def bias_sigma_rest(self) -> float: ...
+    @property
+    def rest_min_t(self) -> float: ...
+    @property
+    def rest_filter_tau(self) -> float: ...
+    @property
+    def rest_th_gyr(self) -> float: ...
+    @property
+    def rest_th_acc(self) -> float: ...
+    @property
+    def mag_current_tau(self) -> float: ...
+    @property
+    def mag_ref_tau(self) -> float: ...
+    @property
+    def mag_norm_th(self) -> float: ...
+    @property
+    def mag_dip_th(self) -> float: ...
+    @property
+    def mag_new_time(self) -> float: ...
+    @property
+    def mag_new_first_time(self) -> float: ...
+    @property
+    def mag_new_min_gyr(self) -> float: ...
+    @property
+    def mag_min_undisturbed_time(self) -> float: ...
+    @property
+    def mag_max_rejection_time(self) -> float: ...
+    @property
+    def mag_rejection_factor(self) -> float: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        tau_acc: float = 3.0,
+        tau_mag: float = 9.0,
+        motion_bias_est_enabled: bool = True,
+        rest_bias_est_enabled: bool = True,
+        mag_dist_rejection_enabled: bool = True,
+        bias_sigma_init: float = 0.5,
+        bias_forgetting_time: float = 100.0,
+        bias_clip: float = 2.0,
+        bias_sigma_motion: float = 0.1,
+        bias_vertical_forgetting_factor: float = 0.0001,
+        bias_sigma_rest: float = 0.03,
+        rest_min_t: float = 1.5,
+        rest_filter_tau: float = 0.5,
+        rest_th_gyr: float = 2.0,
+        rest_th_acc: float = 0.5,
+        mag_current_tau: float = 0.05,
+        mag_ref_tau: float = 20.0,
+        mag_norm_th: float = 0.1,
+        mag_dip_th: float = 10.0,
+        mag_new_time: float = 20.0,
+        mag_new_first_time: float = 5.0,
+        mag_new_min_gyr: float = 20.0,
+        mag_min_undisturbed_time: float = 0.5,
+        mag_max_rejection_time: float = 60.0,
+        mag_rejection_factor: float = 2.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",

@@ -333,3 +333,9 @@ def each_case_with(condition: Callable[[Case], bool]) -> pytest.MarkDecorator:
 each_case = each_case_with(lambda case: True)
 #: Marks a test to run over every filter of the registry at its defaults.
 each_filter = pytest.mark.parametrize("name", list(ar.FILTERS))
+#: The filters that go on from sample to sample: those of which `CASES` has rows. What offline filters do is tested by
+#: `test_offline` for all of them, and beside their originals in files of their own.
+STREAMING = [name for name, cls in ar.FILTERS.items() if cls.STREAMING]
+OFFLINE = [name for name, cls in ar.FILTERS.items() if not cls.STREAMING]
+#: Marks a test to run over every streaming filter at its defaults.
+each_streaming_filter = pytest.mark.parametrize("name", STREAMING)

@@ -199,3 +199,7 @@ def still(pose: ArrayLike, samples: int, *, nine: bool = True) -> dict[str, Any]
 
     acc = held(UP)
     return {"gyr": np.zeros_like(acc), "acc": acc, "mag": held(FIELD) if nine else None}
+
+
+def finite_and_unit(quat: np.ndarray) -> bool:
+    return bool(np.abs(np.linalg.norm(quat.astype(np.float64), axis=-1) - 1.0).max() < 4 * np.finfo(quat.dtype).eps)

@@ -14,7 +14,7 @@ import pytest
 
 import ahrs_rs as ar
 from ahrs_rs import _native
-from cases import each_filter
+from cases import STREAMING, each_filter
 from settling import DEGREE2
 from signals import RATE, motion
 
@@ -273,7 +273,8 @@ def test_repr_makes_the_same_filter_again(name: str) -> None:
     for f in (cls(), cls(rate=RATE, frame="NED", declination=0.1, gyr_hold="linear", dtype=np.float32)):
         again = eval(repr(f), vars(ar))
         assert repr(again) == repr(f)
-        assert again.state() == f.state()
+        if cls.STREAMING:
+            assert again.state() == f.state()
         assert (again.rate, again.dtype) == (f.rate, f.dtype)
 
 
@@ -300,8 +301,8 @@ def test_status_has_the_bits_of_the_documentation() -> None:
 
 def test_streaming_gives_one_row_of_what_run_gives() -> None:
     signals = motion(5, 1)
-    for cls in ar.FILTERS.values():
-        f = cls(rate=RATE)
+    for name in STREAMING:
+        f = ar.FILTERS[name](rate=RATE)
         assert np.array_equal(f.quat, [1.0, 0.0, 0.0, 0.0])
         quat = f.update(*(array[0] for array in signals.sensors()))
         assert quat.shape == (4,)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import ahrs_rs as ar
 from cases import CASES, COMMON
-from signals import RATE, motion
+from signals import RATE, finite_and_unit, motion
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -74,10 +74,6 @@ HOSTILE = st.one_of(
     st.sampled_from([0.0, -0.0, 1e-170, 5e-324, 1e200, -1e308, np.nan, 1.0, 9.81, 1e-20, 1e19, 1e38]),
 )
 ROWS = st.lists(st.tuples(*[HOSTILE] * 9, st.floats(0.0, 1e9)), min_size=1, max_size=12)
-
-
-def finite_and_unit(quat: np.ndarray) -> bool:
-    return bool(np.abs(np.linalg.norm(quat.astype(np.float64), axis=-1) - 1.0).max() < 4 * np.finfo(quat.dtype).eps)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -22,6 +22,7 @@ REFERENCES: list[tuple[str, dict[str, Any], tuple[float | None, float | None, fl
     ("Mahony", {"kp": 0.74, "ki": 0.0012}, (11.3, 10.0, 4.7)),
     ("VQF", {}, (2.32, 2.17, 0.59)),
     ("BasicVQF", {}, (3.90, 3.72, 0.99)),
+    ("OfflineVQF", {}, (1.84, 1.73, 0.47)),
     # The imufusion package, started at the identity.
     ("Fusion", {}, (16.2, 11.8, 7.9)),
 ]

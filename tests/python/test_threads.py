@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import ahrs_rs as ar
-from cases import COMMON, Case, assert_same_attitudes, each_case, each_filter
+from cases import COMMON, Case, assert_same_attitudes, each_case, each_streaming_filter
 from signals import RATE, Signals, gappy, motion
 
 THREADS = 8
@@ -40,7 +40,7 @@ def ragged(seed: int = 0) -> list[Signals]:
 # One filter in many threads.
 
 
-@each_filter
+@each_streaming_filter
 def test_no_update_of_many_threads_on_one_filter_is_lost(name: str) -> None:
     f = ar.FILTERS[name](rate=RATE)
     updates = 500
@@ -64,7 +64,7 @@ def test_the_turns_of_many_threads_add_up() -> None:
     assert abs(angle - 2.0) < 1e-12
 
 
-@each_filter
+@each_streaming_filter
 def test_reading_and_copying_while_others_update_never_sees_half_a_sample(name: str) -> None:
     f = ar.FILTERS[name](rate=RATE)
 

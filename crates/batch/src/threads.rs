@@ -13,9 +13,9 @@ use crate::simd::Isa;
 use crate::stream::Stream;
 
 /// One recording with its filter and the room for its results.
-pub struct Job<'a, T> {
+pub struct Job<'a, T, F: ?Sized = dyn Stream<T>> {
     /// The filter, in the state from which it goes on.
-    pub stream: Box<dyn Stream<T>>,
+    pub stream: Box<F>,
     /// What goes in.
     pub recording: Recording<'a, T>,
     /// What comes out.

@@ -3,14 +3,16 @@
 use ahrs_rs::filter::{Equivariance, FilterSpec, Magnetometer};
 use ahrs_rs::params::{ParamKind, is_index};
 use ahrs_rs::{Frame, GyrHold};
-use ahrs_rs_batch::entries;
+use ahrs_rs_batch::{OFFLINE, entries};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// The descriptions of all filters, in the order of the registry.
+/// The descriptions of all filters, in the order of the registry, the offline ones last.
 #[pyfunction]
 pub fn registry(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    entries().iter().map(|entry| describe(py, entry.spec)).collect()
+    let streaming = entries().iter().map(|entry| (entry.spec, true));
+    let offline = OFFLINE.iter().map(|entry| (entry.spec, false));
+    streaming.chain(offline).map(|(spec, streaming)| describe(py, spec, streaming)).collect()
 }
 
 /// The names of the earth frames, the default first.
@@ -25,9 +27,10 @@ pub fn gyr_holds() -> Vec<&'static str> {
     GyrHold::ALL.iter().map(|(name, _)| *name).collect()
 }
 
-fn describe<'py>(py: Python<'py>, spec: &FilterSpec) -> PyResult<Bound<'py, PyDict>> {
+fn describe<'py>(py: Python<'py>, spec: &FilterSpec, streaming: bool) -> PyResult<Bound<'py, PyDict>> {
     let filter = PyDict::new(py);
     filter.set_item("name", spec.name)?;
+    filter.set_item("streaming", streaming)?;
     filter.set_item("doc", spec.doc)?;
     filter.set_item("source", spec.source)?;
     filter.set_item("magnetometer", spec.magnetometer == Magnetometer::Feedback)?;

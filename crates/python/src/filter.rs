@@ -3,9 +3,10 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ahrs_rs::estimator::LONGEST_STEP;
-use ahrs_rs::{Frame, GyrHold, Settings};
-use ahrs_rs_batch::{Entry, Stream, entry};
-use pyo3::exceptions::PyValueError;
+use ahrs_rs::params::ParamError;
+use ahrs_rs::{FilterSpec, Frame, GyrHold, Settings};
+use ahrs_rs_batch::{Entry, Offline, OfflineEntry, Stream, entry, offline_entry};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{Dtype, Values, bad, start_quats, vector};
@@ -15,26 +16,74 @@ use crate::sweep::{TrialCall, run_sweep};
 /// A snapshot: every variable of the filter, the last stamp in s where stamps were given, and the number of samples.
 pub type Snapshot = (Vec<f64>, Option<f64>, u64);
 
+/// A filter of one of the registry's two kinds.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    /// It goes on from sample to sample.
+    Streaming(&'static Entry),
+    /// It takes whole recordings.
+    Offline(&'static OfflineEntry),
+}
+
+impl Kind {
+    /// The filter of a name.
+    fn of(name: &str) -> Option<Kind> {
+        entry(name).map(Kind::Streaming).or_else(|| offline_entry(name).map(Kind::Offline))
+    }
+    /// The description.
+    pub fn spec(self) -> &'static FilterSpec {
+        match self {
+            Kind::Streaming(entry) => entry.spec,
+            Kind::Offline(entry) => entry.spec,
+        }
+    }
+}
+
 /// What a filter object is made of, and what a run needs to make more of its kind.
 pub struct Recipe {
-    pub entry: &'static Entry,
+    pub kind: Kind,
     pub values: Vec<f64>,
     pub settings: Settings,
     pub rate: Option<f64>,
 }
 
 impl Recipe {
+    /// The entry of the registry; refused where the filter is offline.
+    pub fn streaming(&self) -> PyResult<&'static Entry> {
+        match self.kind {
+            Kind::Streaming(entry) => Ok(entry),
+            Kind::Offline(_) => Err(self.offline_error()),
+        }
+    }
+
+    /// The exception for what an offline filter does not have.
+    fn offline_error(&self) -> PyErr {
+        let name = self.kind.spec().name;
+        PyTypeError::new_err(format!(
+            "{name} is offline: it takes whole recordings by run, and has no state between samples"
+        ))
+    }
+
+    /// The offline filter with these parameters.
+    pub fn offline(&self, entry: &OfflineEntry) -> PyResult<Box<dyn Offline>> {
+        (entry.make)(&self.values, self.settings).map_err(wrong)
+    }
+
     /// A new filter with these parameters, going on from the snapshot where there is one.
     pub fn stream<T: Dtype>(&self, snapshot: Option<&Snapshot>) -> PyResult<Box<dyn Stream<T>>> {
-        let mut stream = T::stream(self.entry, &self.values, self.settings)
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let mut stream = T::stream(self.streaming()?, &self.values, self.settings).map_err(wrong)?;
         match snapshot {
             Some((values, _, _)) if !stream.load(values) => {
-                Err(bad("state", &format!("a state of {}", self.entry.spec.name), format!("{} values", values.len())))
+                Err(bad("state", &format!("a state of {}", self.kind.spec().name), format!("{} values", values.len())))
             }
             _ => Ok(stream),
         }
     }
+}
+
+/// The exception for values of parameters that are not allowed.
+fn wrong(error: ParamError) -> PyErr {
+    PyValueError::new_err(error.to_string())
 }
 
 /// The filter in use, and its clock.
@@ -64,7 +113,8 @@ macro_rules! with_live {
 #[pyclass(subclass, frozen, module = "ahrs_rs._native")]
 pub struct NativeFilter {
     recipe: Recipe,
-    live: Mutex<Live>,
+    /// None of an offline filter.
+    live: Option<Mutex<Live>>,
 }
 
 impl NativeFilter {
@@ -72,13 +122,16 @@ impl NativeFilter {
     ///
     /// Nothing of Python may be called while it is held: that could let another thread run, which could wait for the
     /// lock without letting this one go on.
-    fn lock(&self) -> MutexGuard<'_, Live> {
-        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> PyResult<MutexGuard<'_, Live>> {
+        match &self.live {
+            Some(live) => Ok(live.lock().unwrap_or_else(PoisonError::into_inner)),
+            None => Err(self.recipe.offline_error()),
+        }
     }
 
     /// Whether the filter computes in 32 bits; that never changes.
-    fn is_f32(&self) -> bool {
-        matches!(&*self.lock(), Live::F32(_))
+    fn is_f32(&self) -> PyResult<bool> {
+        Ok(matches!(&*self.lock()?, Live::F32(_)))
     }
 
     /// The time step of one update in s.
@@ -133,7 +186,7 @@ impl NativeFilter {
         gyr_hold: &str,
         dtype: &str,
     ) -> PyResult<Self> {
-        let entry = entry(name).ok_or_else(|| bad("name", "the name of a filter", name))?;
+        let kind = Kind::of(name).ok_or_else(|| bad("name", "the name of a filter", name))?;
         if let Some(rate) = rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
             return Err(bad("rate", "a positive, finite number of Hz", rate));
         }
@@ -148,13 +201,15 @@ impl NativeFilter {
             gyr_hold: GyrHold::from_name(gyr_hold)
                 .ok_or_else(|| bad("gyr_hold", &names(&GyrHold::ALL.map(|(name, _)| name)), format!("{gyr_hold:?}")))?,
         };
-        let recipe = Recipe { entry, values, settings, rate };
-        let live = match dtype {
-            "float32" => Live::F32(Current::new(&recipe, None)?),
-            "float64" => Live::F64(Current::new(&recipe, None)?),
+        let recipe = Recipe { kind, values, settings, rate };
+        let live = match (kind, dtype) {
+            (Kind::Streaming(_), "float32") => Some(Mutex::new(Live::F32(Current::new(&recipe, None)?))),
+            (Kind::Streaming(_), "float64") => Some(Mutex::new(Live::F64(Current::new(&recipe, None)?))),
+            // Made for its check of the values alone.
+            (Kind::Offline(entry), "float32" | "float64") => recipe.offline(entry).map(|_| None)?,
             _ => return Err(bad("dtype", "float32 or float64", dtype)),
         };
-        Ok(NativeFilter { recipe, live: Mutex::new(live) })
+        Ok(NativeFilter { recipe, live })
     }
 
     /// Goes on by one sample; the attitude (4,).
@@ -168,15 +223,15 @@ impl NativeFilter {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let dt = self.step(dt)?;
-        let quat = if self.is_f32() {
+        let quat = if self.is_f32()? {
             let (gyr, acc, mag) = (vector::<f32>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
-            match &mut *self.lock() {
+            match &mut *self.lock()? {
                 Live::F32(current) => Values::F32(current.update(gyr, acc, mag, dt).to_vec()),
                 Live::F64(_) => return Err(bad("dtype", "float32", "float64")),
             }
         } else {
             let (gyr, acc, mag) = (vector::<f64>("gyr", gyr)?, read("acc", acc)?, read("mag", mag)?);
-            match &mut *self.lock() {
+            match &mut *self.lock()? {
                 Live::F64(current) => Values::F64(current.update(gyr, acc, mag, dt).to_vec()),
                 Live::F32(_) => return Err(bad("dtype", "float64", "float32")),
             }
@@ -189,7 +244,7 @@ impl NativeFilter {
     fn reset(&self, q0: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let q0 = q0.map(|q0| start_quats::<f64>(q0, None)).transpose()?;
         let q0 = q0.as_ref().and_then(|q0| q0.first()).copied();
-        match &mut *self.lock() {
+        match &mut *self.lock()? {
             Live::F32(current) => current.reset(&self.recipe, q0.map(|q0| q0.map(|value| value as f32))),
             Live::F64(current) => current.reset(&self.recipe, q0),
         }
@@ -197,40 +252,40 @@ impl NativeFilter {
 
     /// The last attitude (4,).
     #[getter]
-    fn quat<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        let quat = with_live!(&*self.lock(), current => Values::from(current.stream.quat().to_vec()));
-        quat.into_numpy(py)
+    fn quat<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let quat = with_live!(&*self.lock()?, current => Values::from(current.stream.quat().to_vec()));
+        Ok(quat.into_numpy(py))
     }
 
     /// The gyroscope's bias (3,) in rad/s, or None.
     #[getter]
-    fn gyr_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+    fn gyr_bias<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let bias =
-            with_live!(&*self.lock(), current => current.stream.gyr_bias().map(|bias| Values::from(bias.to_vec())));
-        bias.map(|bias| bias.into_numpy(py))
+            with_live!(&*self.lock()?, current => current.stream.gyr_bias().map(|bias| Values::from(bias.to_vec())));
+        Ok(bias.map(|bias| bias.into_numpy(py)))
     }
 
     /// The status bits of the last update.
-    fn _status(&self) -> u8 {
-        with_live!(&*self.lock(), current => current.status)
+    fn _status(&self) -> PyResult<u8> {
+        Ok(with_live!(&*self.lock()?, current => current.status))
     }
 
     /// The values of an output after the last update, in its shape.
     fn _output<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
-        let outputs = self.recipe.entry.spec.outputs;
+        let outputs = self.recipe.kind.spec().outputs;
         let output = outputs.get(index).ok_or_else(|| bad("index", "that of an output", index))?;
-        let flat = with_live!(&*self.lock(), current => Values::from(current.stream.output(index)));
+        let flat = with_live!(&*self.lock()?, current => Values::from(current.stream.output(index)));
         flat.into_numpy(py).call_method1("reshape", (output.shape.to_vec(),))
     }
 
     /// A snapshot: (variables, last stamp or None, samples).
-    fn _snapshot(&self) -> Snapshot {
-        with_live!(&mut *self.lock(), current => (current.stream.save(), current.last_stamp, current.samples))
+    fn _snapshot(&self) -> PyResult<Snapshot> {
+        Ok(with_live!(&mut *self.lock()?, current => (current.stream.save(), current.last_stamp, current.samples)))
     }
 
     /// Goes back to a snapshot.
     fn _restore(&self, snapshot: Snapshot) -> PyResult<()> {
-        match &mut *self.lock() {
+        match &mut *self.lock()? {
             Live::F32(current) => *current = Current::new(&self.recipe, Some(&snapshot))?,
             Live::F64(current) => *current = Current::new(&self.recipe, Some(&snapshot))?,
         }

@@ -1,8 +1,8 @@
 //! Whole recordings: from Python's arrays to jobs of the batch engine and back.
 
 use ahrs_rs_batch::simd::Isa;
-use ahrs_rs_batch::threads::{Job, Plan, run_all};
-use ahrs_rs_batch::{Outputs, Recording, Stream, Time};
+use ahrs_rs_batch::threads::{Job, Plan, Watch, run_all};
+use ahrs_rs_batch::{Offline, Outputs, Recording, Stream, Time, offline};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -12,7 +12,7 @@ use crate::arrays::{
     Dtype, Fill, array, bad, check_apart, check_not_infinite, check_stamps, new_array, output, rows3, same_shape,
     stamps, start_quats,
 };
-use crate::filter::{Recipe, Snapshot};
+use crate::filter::{Kind, Recipe, Snapshot};
 use crate::watch::watched;
 
 /// What a run is called with in Python: (gyr, acc, mag, t, q0, states, outputs, out).
@@ -52,36 +52,29 @@ pub fn run_calls<'py, T: Dtype>(
         }
     }
     let mut rooms: Vec<_> = prepared.iter().filter_map(|made| made.as_ref().ok().map(Prepared::room)).collect();
-    let mut jobs = Vec::new();
-    let mut counts = Vec::new();
-    for (room, made) in rooms.iter_mut().zip(prepared.iter().flatten()) {
-        let before = jobs.len();
-        jobs.extend(made.jobs(recipe, room.as_mut().map_err(|error| error.clone_ref(py))?)?);
-        counts.push(jobs.len() - before);
-    }
-    let plan = Plan {
-        entry: recipe.entry,
-        values: &recipe.values,
-        settings: recipe.settings,
-        isa: Isa::fastest(),
-        threads: way.threads,
-    };
-    let samples = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
-    let ((), error) = watched(py, samples, way.progress, |watch| run_all(&mut jobs, &plan, watch))?;
-    if let Some(error) = error {
-        return Err(error);
-    }
-    let mut jobs = jobs.iter_mut();
-    let mut ends = Vec::with_capacity(counts.len());
-    for (&count, made) in counts.iter().zip(prepared.iter().flatten()) {
-        let own: Vec<_> = jobs.by_ref().take(count).collect();
-        // Where a filter took an infinite value for missing it is looked for.
-        let finite = if own.iter().any(|job| job.infinite) { made.check_finite(py) } else { Ok(()) };
-        match finite {
-            Err(error) if way.raising => return Err(error),
-            finite => ends.push(finite.map(|()| made.snapshots(own.into_iter()))),
+    let given = rooms.iter_mut().zip(prepared.iter().flatten());
+    let ends = match recipe.kind {
+        Kind::Streaming(entry) => {
+            let plan = Plan {
+                entry,
+                values: &recipe.values,
+                settings: recipe.settings,
+                isa: Isa::fastest(),
+                threads: way.threads,
+            };
+            let (mut jobs, counts) = all_jobs(py, recipe, given, Prepared::streams)?;
+            finished(py, way, &mut jobs, |jobs, watch| run_all(jobs, &plan, watch))?;
+            ends(py, way, &prepared, &mut jobs, &counts, Prepared::snapshots)?
         }
-    }
+        Kind::Offline(entry) => {
+            let filters =
+                |made: &Prepared<'py, T>, recipe: &Recipe| (0..made.n).map(|_| recipe.offline(entry)).collect();
+            let (mut jobs, counts) = all_jobs::<T, dyn Offline>(py, recipe, given, filters)?;
+            let threads = way.threads;
+            finished(py, way, &mut jobs, |jobs, watch| offline::run_all(jobs, threads, watch))?;
+            ends(py, way, &prepared, &mut jobs, &counts, |_, _| Vec::new())?
+        }
+    };
     drop(rooms);
     let mut ends = ends.into_iter();
     Ok(prepared
@@ -92,6 +85,61 @@ pub fn run_calls<'py, T: Dtype>(
             Ok((quat, gyr_bias, status, extra, after).into_pyobject(py)?.into_any())
         })
         .collect())
+}
+
+/// The jobs of all calls, and how many there are of each call.
+type Jobs<'a, T, F> = (Vec<Job<'a, T, F>>, Vec<usize>);
+
+/// The jobs of all calls with their filters.
+fn all_jobs<'a, 'py: 'a, T: Dtype, F: ?Sized>(
+    py: Python<'py>,
+    recipe: &Recipe,
+    calls: impl Iterator<Item = (&'a mut PyResult<Room<'py, T>>, &'a Prepared<'py, T>)>,
+    filters: impl Fn(&Prepared<'py, T>, &Recipe) -> PyResult<Vec<Box<F>>>,
+) -> PyResult<Jobs<'a, T, F>> {
+    let (mut jobs, mut counts) = (Vec::new(), Vec::new());
+    for (room, made) in calls {
+        let before = jobs.len();
+        jobs.extend(made.jobs(recipe, room.as_mut().map_err(|error| error.clone_ref(py))?, filters(made, recipe)?)?);
+        counts.push(jobs.len() - before);
+    }
+    Ok((jobs, counts))
+}
+
+/// Runs the jobs under watch until they are done.
+fn finished<'py, T: Dtype, F: ?Sized + Send>(
+    py: Python<'py>,
+    way: &Way<'_, 'py>,
+    jobs: &mut [Job<'_, T, F>],
+    run: impl FnOnce(&mut [Job<'_, T, F>], &Watch) + Send,
+) -> PyResult<()> {
+    let samples = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
+    let ((), error) = watched(py, samples, way.progress, |watch| run(jobs, watch))?;
+    error.map_or(Ok(()), Err)
+}
+
+/// The states after the last sample of each call, or what was wrong with its measurements.
+fn ends<'py, T: Dtype, F: ?Sized>(
+    py: Python<'py>,
+    way: &Way<'_, 'py>,
+    prepared: &[PyResult<Prepared<'py, T>>],
+    jobs: &mut [Job<'_, T, F>],
+    counts: &[usize],
+    snapshots: impl Fn(&Prepared<'py, T>, &mut [Job<'_, T, F>]) -> Vec<Snapshot>,
+) -> PyResult<Vec<PyResult<Vec<Snapshot>>>> {
+    let mut rest = jobs;
+    let mut all = Vec::with_capacity(counts.len());
+    for (&count, made) in counts.iter().zip(prepared.iter().flatten()) {
+        let (own, others) = rest.split_at_mut_checked(count).unwrap_or_default();
+        rest = others;
+        // Where a filter took an infinite value for missing it is looked for.
+        let finite = if own.iter().any(|job| job.infinite) { made.check_finite(py) } else { Ok(()) };
+        match finite {
+            Err(error) if way.raising => return Err(error),
+            finite => all.push(finite.map(|()| snapshots(made, own))),
+        }
+    }
+    Ok(all)
 }
 
 /// A call whose arguments are checked, with arrays for its results.
@@ -142,7 +190,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
         }
         let q0 = q0.as_ref().map(|q0| start_quats::<T>(q0, (shape.len() == 3).then_some(n))).transpose()?;
 
-        let spec = recipe.entry.spec;
+        let spec = recipe.kind.spec();
         let leading = shape.split_last().map(|(_, leading)| leading.to_vec()).unwrap_or_default();
         let with = |row: &[usize]| -> Vec<usize> { leading.iter().chain(row).copied().collect() };
         let new = |row: &[usize], fill: Fill| new_array::<T>(py, fill, &with(row), T::DTYPE);
@@ -177,9 +225,14 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             extra,
             asked,
         };
-        let streams = made.streams(recipe)?;
-        made.times(recipe, &streams)?;
-        made.zero_bias = streams.iter().all(|stream| stream.bias_stays_zero());
+        if let Kind::Offline(_) = recipe.kind {
+            let given = [("q0", "an attitude", made.q0.is_some()), ("state", "a state", made.states.is_some())];
+            if let Some((name, what, _)) = given.into_iter().find(|(_, _, given)| *given) {
+                return Err(bad(name, &format!("None, as {} starts from the recording alone", spec.name), what));
+            }
+        }
+        made.times(recipe)?;
+        made.zero_bias = made.bias_stays_zero(recipe)?;
         let fill = if made.zero_bias { Fill::Zeros } else { Fill::Nothing };
         made.gyr_bias = spec.gyr_bias.then(|| new(&[3], fill)).transpose()?;
         Ok(made)
@@ -207,14 +260,18 @@ impl<'py, T: Dtype> Prepared<'py, T> {
         })
     }
 
-    /// A job for each recording.
-    fn jobs<'a>(&'a self, recipe: &Recipe, room: &'a mut Room<'py, T>) -> PyResult<Vec<Job<'a, T>>> {
+    /// A job for each recording, with its filter.
+    fn jobs<'a, F: ?Sized>(
+        &'a self,
+        recipe: &Recipe,
+        room: &'a mut Room<'py, T>,
+        filters: Vec<Box<F>>,
+    ) -> PyResult<Vec<Job<'a, T, F>>> {
         let (n, samples) = (self.n, self.samples);
         let gyr_rows = rows3("gyr", &self.gyr)?;
         let acc_rows = self.acc.as_ref().map(|acc| rows3("acc", acc)).transpose()?;
         let mag_rows = self.mag.as_ref().map(|mag| rows3("mag", mag)).transpose()?;
-        let streams = self.streams(recipe)?;
-        let times = self.times(recipe, &streams)?;
+        let times = self.times(recipe)?;
         // Views of the results as (N, T, values), taken apart by recording.
         let mut quat = rows_mut(room.quat.as_array_mut(), n, samples, 4)?.into_iter();
         let mut gyr_bias = match &mut room.gyr_bias {
@@ -228,7 +285,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             .map(|(array, (index, len))| Ok((*index, rows_mut(array.as_array_mut(), n, samples, *len)?.into_iter())))
             .collect::<PyResult<Vec<_>>>()?;
         let mut jobs = Vec::with_capacity(n);
-        for (index, (time, stream)) in times.into_iter().zip(streams).enumerate() {
+        for (index, (time, stream)) in times.into_iter().zip(filters).enumerate() {
             let (Some(quat), Some(status)) = (quat.next(), status.next()) else { break };
             jobs.push(Job {
                 stream,
@@ -262,8 +319,24 @@ impl<'py, T: Dtype> Prepared<'py, T> {
         (0..self.n).map(one).collect()
     }
 
+    /// Whether the bias of every recording is zero at every sample.
+    fn bias_stays_zero(&self, recipe: &Recipe) -> PyResult<bool> {
+        Ok(match recipe.kind {
+            Kind::Streaming(_) => self.streams(recipe)?.iter().all(|stream| stream.bias_stays_zero()),
+            Kind::Offline(_) => false,
+        })
+    }
+
+    /// Whether each recording starts from nothing, so that the first sample's step does not matter.
+    fn are_fresh(&self, recipe: &Recipe) -> PyResult<Vec<bool>> {
+        Ok(match recipe.kind {
+            Kind::Streaming(_) => self.streams(recipe)?.iter().map(|stream| stream.is_fresh()).collect(),
+            Kind::Offline(_) => vec![true; self.n],
+        })
+    }
+
     /// The time of each recording, checked.
-    fn times(&self, recipe: &Recipe, streams: &[Box<dyn Stream<T>>]) -> PyResult<Vec<Time<'_>>> {
+    fn times(&self, recipe: &Recipe) -> PyResult<Vec<Time<'_>>> {
         let (n, samples) = (self.n, self.samples);
         let step = recipe.rate.map(|rate| 1.0 / rate);
         let stamps = self.t.as_ref().map(|t| stamps(t, self.gyr.shape())).transpose()?;
@@ -277,8 +350,8 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             return Ok(vec![Time { stamps: None, first: step, step }; n]);
         };
         (0..n)
-            .zip(streams)
-            .map(|(index, stream)| {
+            .zip(self.are_fresh(recipe)?)
+            .map(|(index, fresh)| {
                 let row = stamps.index_axis_move(Axis(0), if stamps.nrows() == 1 { 0 } else { index });
                 let last = self.states.as_ref().and_then(|states| states.get(index)).and_then(|(_, last, _)| *last);
                 check_stamps(row.iter().copied(), last).map_err(|error| {
@@ -290,7 +363,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
                     (Some(last), _, Some(t0), _) => t0 - last,
                     (None, Some(step), _, _) => step,
                     // Without a given attitude nothing is known of a time before the first stamp.
-                    (None, None, Some(_), _) if stream.is_fresh() => 0.0,
+                    (None, None, Some(_), _) if fresh => 0.0,
                     (None, None, Some(t0), Some(t1)) => t1 - t0,
                     (None, None, Some(_), None) => {
                         return Err(bad(
@@ -307,17 +380,19 @@ impl<'py, T: Dtype> Prepared<'py, T> {
     }
 
     /// The states after the last sample.
-    fn snapshots<'a, 'b: 'a>(&self, jobs: impl Iterator<Item = &'a mut Job<'b, T>>) -> Vec<Snapshot> {
+    fn snapshots(&self, jobs: &mut [Job<'_, T>]) -> Vec<Snapshot> {
         let mut before = self.states.as_ref().map(|states| states.iter());
-        jobs.map(|job| {
-            let (last, count) = before.as_mut().and_then(Iterator::next).map_or((None, 0), |(_, last, n)| (*last, *n));
-            let last = match &job.recording.time.stamps {
-                Some(stamps) => stamps.last().copied().or(last),
-                None => last.map(|last| last + job.recording.time.step * self.samples as f64),
-            };
-            (job.stream.save(), last, count + self.samples as u64)
-        })
-        .collect()
+        jobs.iter_mut()
+            .map(|job| {
+                let (last, count) =
+                    before.as_mut().and_then(Iterator::next).map_or((None, 0), |(_, last, n)| (*last, *n));
+                let last = match &job.recording.time.stamps {
+                    Some(stamps) => stamps.last().copied().or(last),
+                    None => last.map(|last| last + job.recording.time.step * self.samples as f64),
+                };
+                (job.stream.save(), last, count + self.samples as u64)
+            })
+            .collect()
     }
 }
 

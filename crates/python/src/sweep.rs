@@ -88,9 +88,10 @@ pub fn run_sweep<'py, T: Dtype>(
     let names: Vec<_> = Metric::ALL.iter().map(|(name, _)| *name).collect();
     let metric =
         Metric::from_name(metric).ok_or_else(|| bad("metric", &format!("one of {names:?}"), format!("{metric:?}")))?;
+    let entry = recipe.streaming()?;
     let checked = trials.iter().map(Checked::<T>::new).collect::<PyResult<Vec<_>>>()?;
     let trials = checked.iter().map(Checked::trial).collect::<PyResult<Vec<_>>>()?;
-    let plan = Sweep { entry: recipe.entry, sets, settings: recipe.settings, metric, isa: Isa::fastest(), threads };
+    let plan = Sweep { entry, sets, settings: recipe.settings, metric, isa: Isa::fastest(), threads };
     let samples = trials.iter().map(|trial| trial.reference.len() * sets.len()).sum();
     let (errors, error) = watched(py, samples, progress, |watch| sweep(&plan, &trials, watch))?;
     let errors = errors.map_err(|error| PyValueError::new_err(error.to_string()))?;

@@ -7,7 +7,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::super::error_state::ErrorState;
-use super::super::kalman::{Square, diagonal};
+use super::super::kalman::{Square, column, diagonal, plus, product, sum3, symmetric, vec3};
 use crate::scalar::{Mask, Scalar};
 use crate::signal::{Coefficients, LowPass, Sum};
 use crate::so3::{Matrix3, Vec3};
@@ -82,11 +82,7 @@ impl<S: Scalar> Bias<S> {
 
     /// Its standard deviation in rad/s: of the largest eigenvalue an upper bound, and never more than at the start.
     pub fn sigma(&self) -> S {
-        let p = &self.error.p;
-        let largest = p
-            .row_iter()
-            .fold(S::zero(), |largest, row| largest.max(row.iter().fold(S::zero(), |sum, entry| sum + entry.abs())));
-        largest.min(variance(self.uncertainty.initial)).sqrt() * S::of(UNIT_RATE)
+        largest(&self.error.p).min(variance(self.uncertainty.initial)).sqrt() * S::of(UNIT_RATE)
     }
 
     /// Takes what a sample of the accelerometer shows where the mask is true.
@@ -166,6 +162,11 @@ impl<S: Scalar> Bias<S> {
         self.error.p
     }
 
+    /// The estimate as it is now.
+    pub fn estimate(&self) -> Estimate<S> {
+        Estimate { value: self.value(), covariance: self.error.p }
+    }
+
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         for sum in &mut self.value {
@@ -174,6 +175,52 @@ impl<S: Scalar> Bias<S> {
         self.error.each(visit);
         self.seen.each(visit);
     }
+}
+
+/// An estimate of the bias that is looked at after its time.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate<S: Scalar> {
+    /// The bias in rad/s.
+    pub value: Vec3<S>,
+    /// Its covariance in (0.01 °/s)².
+    covariance: Square<S, 3>,
+}
+
+impl<S: Scalar> Estimate<S> {
+    /// The best estimate from two that do not know of each other: weighed by their information P₁⁻¹ and P₂⁻¹, here with
+    /// K = P₁ (P₁ + P₂)⁻¹ as b₁ + K (b₂ − b₁) and K P₂, which needs neither of them to have an inverse.
+    pub fn joined(&self, other: &Self) -> Self {
+        let (p1, p2) = (&self.covariance, &other.covariance);
+        let k = product(p1, &inverse(&plus(p1, p2)));
+        let correction = product(&k, &column(other.value - self.value));
+        Estimate {
+            value: self.value + vec3(&correction, 0),
+            covariance: symmetric(|i, j| sum3(|n| k[(i, n)] * p2[(n, j)])),
+        }
+    }
+
+    /// An upper bound on its standard deviation in rad/s.
+    pub fn sigma(&self) -> S {
+        largest(&self.covariance).sqrt() * S::of(UNIT_RATE)
+    }
+}
+
+/// The inverse of a covariance by its cofactors; zeros where it has none.
+fn inverse<S: Scalar>(p: &Square<S, 3>) -> Square<S, 3> {
+    let minor = |i: usize, j: usize| {
+        let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
+        p[(a, c)] * p[(b, d)] - p[(a, d)] * p[(b, c)]
+    };
+    let determinant = sum3(|j| p[(0, j)] * minor(0, j));
+    let over = S::select(determinant.is_normal_norm2(), S::one() / determinant, S::zero());
+    symmetric(|i, j| minor(i, j) * over)
+}
+
+/// The bound on the largest eigenvalue of a covariance: the largest sum of absolute values of a row.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn largest<S: Scalar>(p: &Square<S, 3>) -> S {
+    let sum = |row: [S; 3]| row.iter().fold(S::zero(), |sum, entry| sum + entry.abs());
+    (0..3).fold(S::zero(), |largest, i| largest.max(sum([p[(i, 0)], p[(i, 1)], p[(i, 2)]])))
 }
 
 /// The variance in (0.01 °/s)² of a standard deviation in °/s.

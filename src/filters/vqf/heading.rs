@@ -35,6 +35,12 @@ impl<S: Scalar> Heading<S> {
         self.least = S::zero();
     }
 
+    /// Where the next sample has the weight of the start.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn starts(&self) -> S::Mask {
+        S::zero().lt(self.least)
+    }
+
     /// The attitude turned by δ.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn applied_to(&self, q: Quat<S>) -> Quat<S> {
@@ -51,7 +57,13 @@ impl<S: Scalar> Heading<S> {
     /// `weight` and the `time` that `tau` counts for (the interval since the last sample, the time constant).
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn correct(&mut self, lanes: S::Mask, field: Vec3<S>, weight: S, [time, tau]: [S; 2]) {
-        let off = wrap(atan2(field.x, field.y) - self.delta.value);
+        self.correct_to(lanes, angle(field), weight, [time, tau]);
+    }
+
+    /// Corrects by the angle that a sample shows of δ.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn correct_to(&mut self, lanes: S::Mask, angle: S, weight: S, [time, tau]: [S; 2]) {
+        let off = wrap(angle - self.delta.value);
         let turned = self.delta.plus(weight.max(self.least) * off);
         let turned = turned.with_value(wrap(turned.value));
         self.delta = if lanes.all() { turned } else { Sum::select(lanes, turned, self.delta) };
@@ -70,9 +82,15 @@ impl<S: Scalar> Heading<S> {
     }
 }
 
+/// The angle by which a field in the earth frame has to be turned to point north.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn angle<S: Scalar>(field: Vec3<S>) -> S {
+    atan2(field.x, field.y)
+}
+
 /// An attitude turned about the vertical by an angle in [−π, π].
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn turned<S: Scalar>(q: Quat<S>, angle: S) -> Quat<S> {
+pub fn turned<S: Scalar>(q: Quat<S>, angle: S) -> Quat<S> {
     let off = S::zero().lt(angle.abs());
     if !off.any() {
         return q;

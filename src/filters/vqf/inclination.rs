@@ -63,29 +63,11 @@ impl<S: Scalar> Inclination<S> {
     /// Gives its direction in the earth frame before the correction, and where there is one.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn correct(&mut self, lanes: S::Mask, force: Vec3<S>, coefficients: &Coefficients<S>) -> (Vec3<S>, S::Mask) {
-        let force = saturated(force, S::of(LARGEST_FORCE));
-        let slow = self.force.step_vector(lanes, self.gyr.rotate(force), coefficients);
-        let up = self.acc.rotate(slow);
-        let norm2 = up.norm2();
-        let norm = norm2.sqrt();
-        let lanes = lanes & S::of(SMALLEST_FORCE * SMALLEST_FORCE).le(norm2);
-        // Proportional to (|up| + up·z, up × z), whose squared norm is 2 |up| (|up| + up·z), without cancellation near −z.
-        let mut w = norm + up.z;
-        let lower = up.z.lt(S::zero());
-        if lower.any() {
-            w = S::select(lower, (up.x * up.x + up.y * up.y) / (norm - up.z), w);
-        }
-        let size2 = S::of(2.0) * norm * w;
-        // The product is formed while the root is waited for.
-        let turned = Quat::new(w, up.y, -up.x, S::zero()) * self.acc.renormalized();
-        let mut corrected = turned.scale(S::one() / size2.sqrt());
-        let upright = size2.is_normal_norm2();
-        if !upright.all() {
-            let half_turn = Quat::of([0.0, 1.0, 0.0, 0.0]) * self.acc.renormalized();
-            corrected = Quat::select(upright, corrected, half_turn);
-        }
+        let slow = self.force.step_vector(lanes, seen_from(self.gyr, force), coefficients);
+        let (corrected, up, known) = corrected(self.acc, slow);
+        let lanes = lanes & known;
         self.acc = if lanes.all() { corrected } else { Quat::select(lanes, corrected, self.acc) };
-        (up * (S::one() / norm), lanes)
+        (up, lanes)
     }
 
     /// Calls `visit` for each variable.
@@ -94,4 +76,36 @@ impl<S: Scalar> Inclination<S> {
         self.acc.each(visit);
         self.force.each(visit);
     }
+}
+
+/// A specific force in the almost inertial frame, into which `gyr` turns; one beyond all sensors is shortened.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn seen_from<S: Scalar>(gyr: Quat<S>, force: Vec3<S>) -> Vec3<S> {
+    gyr.rotate(saturated(force, S::of(LARGEST_FORCE)))
+}
+
+/// The rotation `acc` from the almost inertial frame to the earth, corrected so that the low-pass filtered specific force
+/// `slow` points up; the direction of that force in the earth frame before, and where it has one.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn corrected<S: Scalar>(acc: Quat<S>, slow: Vec3<S>) -> (Quat<S>, Vec3<S>, S::Mask) {
+    let up = acc.rotate(slow);
+    let norm2 = up.norm2();
+    let norm = norm2.sqrt();
+    let known = S::of(SMALLEST_FORCE * SMALLEST_FORCE).le(norm2);
+    // Proportional to (|up| + up·z, up × z), whose squared norm is 2 |up| (|up| + up·z), without cancellation near −z.
+    let mut w = norm + up.z;
+    let lower = up.z.lt(S::zero());
+    if lower.any() {
+        w = S::select(lower, (up.x * up.x + up.y * up.y) / (norm - up.z), w);
+    }
+    let size2 = S::of(2.0) * norm * w;
+    // The product is formed while the root is waited for.
+    let turned = Quat::new(w, up.y, -up.x, S::zero()) * acc.renormalized();
+    let mut corrected = turned.scale(S::one() / size2.sqrt());
+    let upright = size2.is_normal_norm2();
+    if !upright.all() {
+        let half_turn = Quat::of([0.0, 1.0, 0.0, 0.0]) * acc.renormalized();
+        corrected = Quat::select(upright, corrected, half_turn);
+    }
+    (corrected, up * (S::one() / norm), known)
 }

@@ -45,8 +45,8 @@ pub const SPEC: FilterSpec = FilterSpec {
         QUAT6D,
         QUAT9D,
         DELTA,
-        OutputSpec { name: "bias_sigma", doc: "standard deviation of the gyroscope's bias, rad/s", shape: &[] },
-        OutputSpec { name: "rest", doc: "1 where the sensor rests, else 0", shape: &[] },
+        BIAS_SIGMA,
+        REST,
         OutputSpec {
             name: "mag_disturbed",
             doc: "1 where the magnetic field is disturbed or no undisturbed one is known yet, else 0",
@@ -72,6 +72,11 @@ pub const QUAT9D: OutputSpec = OutputSpec {
 /// The difference between them.
 pub const DELTA: OutputSpec =
     OutputSpec { name: "delta", doc: "heading offset δ from quat6d to quat9d about the vertical, rad", shape: &[] };
+/// How well the bias is known.
+pub const BIAS_SIGMA: OutputSpec =
+    OutputSpec { name: "bias_sigma", doc: "standard deviation of the gyroscope's bias, rad/s", shape: &[] };
+/// Whether the sensor rests.
+pub const REST: OutputSpec = OutputSpec { name: "rest", doc: "1 where the sensor rests, else 0", shape: &[] };
 
 params! {
     /// Time constant τ_acc of the low-pass filter of the specific force: how long acceleration has to cancel out.
@@ -251,7 +256,7 @@ impl<S: Scalar> Filter<S> for VQF<S> {
 
         let mag_interval = self.mag_interval.step(mag.valid, dt);
         if mag.valid.any() {
-            self.correct_heading(mag.valid, r.apply(saturated(mag.value, S::of(LARGEST_FIELD))), mag_interval);
+            self.correct_heading(mag.valid, r.apply(limited_field(mag.value)), mag_interval);
         } else {
             self.magnetic.nothing_came();
         }
@@ -334,6 +339,12 @@ impl<S: Scalar> VQF<S> {
     pub fn rests(&self) -> S::Mask {
         self.resting
     }
+}
+
+/// A field; one beyond all sensors is shortened.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn limited_field<S: Scalar>(field: Vec3<S>) -> Vec3<S> {
+    saturated(field, S::of(LARGEST_FIELD))
 }
 
 #[cfg_attr(not(debug_assertions), inline(always))]

@@ -1,0 +1,130 @@
+//! Filters that look at a whole recording at once: what stands at a sample depends on later ones too.
+//!
+//! They are computed in `f64` whatever the type of the arrays: nothing of them goes to a microcontroller or into lanes.
+
+pub mod vqf;
+
+use ahrs_rs::params::ParamError;
+use ahrs_rs::{FilterSpec, Quat, Settings, Vec3};
+use ndarray::ArrayView2;
+
+use crate::recording::{Outputs, Recording, any_infinite};
+use crate::registry::Number;
+use crate::threads::{Job, Watch, in_threads};
+
+/// A recording in memory of its own.
+pub struct Series {
+    /// Angular rates in rad/s.
+    pub gyr: Vec<Vec3<f64>>,
+    /// Specific forces in m/s².
+    pub acc: Option<Vec<Vec3<f64>>>,
+    /// Magnetic fields in µT.
+    pub mag: Option<Vec<Vec3<f64>>>,
+    /// The time in s since the sample before.
+    pub dt: Vec<f64>,
+}
+
+/// What an offline filter makes of a recording, one entry a sample.
+#[derive(Default)]
+pub struct Solution {
+    /// Attitudes in the frame of the settings.
+    pub quat: Vec<Quat<f64>>,
+    /// Gyroscope biases in rad/s.
+    pub gyr_bias: Vec<Vec3<f64>>,
+    /// Status bits.
+    pub status: Vec<u8>,
+    /// The further outputs that were asked for, each with the rows' values one after the other.
+    pub extra: Vec<Vec<f64>>,
+}
+
+/// A filter that takes a whole recording.
+pub trait Offline: Send + Sync {
+    /// The attitudes of a recording, with the outputs of these indices; none where it was told to stop.
+    fn solve(&self, series: &Series, outputs: &[usize], watch: &Watch) -> Option<Solution>;
+}
+
+type Make = fn(&[f64], Settings) -> Result<Box<dyn Offline>, ParamError>;
+
+/// One offline filter of the registry.
+pub struct OfflineEntry {
+    /// Its description.
+    pub spec: &'static FilterSpec,
+    /// Makes it with the values of its parameters.
+    pub make: Make,
+}
+
+/// The offline filters: one line a filter.
+pub const OFFLINE: &[OfflineEntry] = &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }];
+
+/// The offline filter of a name.
+pub fn offline_entry(name: &str) -> Option<&'static OfflineEntry> {
+    OFFLINE.iter().find(|entry| entry.spec.name == name)
+}
+
+/// Runs all jobs, one on each thread at a time, until they are done or until it is told to stop.
+pub fn run_all<T: Number>(jobs: &mut [Job<'_, T, dyn Offline>], threads: Option<usize>, watch: &Watch) {
+    let mut jobs: Vec<_> = jobs.iter_mut().collect();
+    // The longest first, so that all threads end at about the same time.
+    jobs.sort_by_key(|job| std::cmp::Reverse(job.recording.gyr.nrows()));
+    in_threads(threads, &mut jobs, |job| {
+        if watch.go_on() {
+            job.infinite = !run(job.stream.as_ref(), &job.recording, &mut job.outputs, watch);
+            watch.done(1);
+        }
+    });
+}
+
+/// Runs the filter over the recording; false where a measurement is infinite.
+fn run<T: Number>(
+    filter: &dyn Offline,
+    recording: &Recording<'_, T>,
+    outputs: &mut Outputs<'_, T>,
+    watch: &Watch,
+) -> bool {
+    let sensors = [Some(recording.gyr), recording.acc, recording.mag];
+    let infinite = |view: ArrayView2<'_, T>| view.iter().any(|value| any_infinite(&[*value]));
+    if sensors.into_iter().flatten().any(infinite) {
+        return false;
+    }
+    let mut dt = Vec::with_capacity(recording.gyr.nrows());
+    recording.time.steps(&mut dt, 0, recording.gyr.nrows());
+    let series = Series {
+        gyr: vectors(&recording.gyr),
+        acc: recording.acc.as_ref().map(vectors),
+        mag: recording.mag.as_ref().map(vectors),
+        dt,
+    };
+    let asked: Vec<_> = outputs.extra.iter().map(|(index, _)| *index).collect();
+    let Some(solution) = filter.solve(&series, &asked, watch) else { return true };
+    for (mut out, q) in outputs.quat.outer_iter_mut().zip(&solution.quat) {
+        write(out.iter_mut(), [q.w, q.x, q.y, q.z]);
+    }
+    if let Some(out) = &mut outputs.gyr_bias {
+        for (mut out, bias) in out.outer_iter_mut().zip(&solution.gyr_bias) {
+            write(out.iter_mut(), [bias.x, bias.y, bias.z]);
+        }
+    }
+    for (out, status) in outputs.status.iter_mut().zip(&solution.status) {
+        *out = *status;
+    }
+    for ((_, out), values) in outputs.extra.iter_mut().zip(solution.extra) {
+        write(out.iter_mut(), values);
+    }
+    true
+}
+
+/// The rows of an array.
+fn vectors<T: Number>(view: &ArrayView2<'_, T>) -> Vec<Vec3<f64>> {
+    let row = |row: ndarray::ArrayView1<'_, T>| {
+        let mut values = row.into_iter().map(|value| value.to_f64());
+        let mut next = || values.next().unwrap_or(f64::NAN);
+        Vec3::new(next(), next(), next())
+    };
+    view.outer_iter().map(row).collect()
+}
+
+fn write<'a, T: Number>(out: impl Iterator<Item = &'a mut T>, values: impl IntoIterator<Item = f64>) {
+    for (out, value) in out.zip(values) {
+        *out = T::from_f64(value);
+    }
+}
