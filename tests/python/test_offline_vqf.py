@@ -84,7 +84,8 @@ def test_it_knows_the_bias_and_the_field_before_they_show() -> None:
     assert online.gyr_bias is not None
     start = slice(0, 100)
     worst = [float(np.abs(est.gyr_bias[start] - bias).max()) for est in (offline, online) if est.gyr_bias is not None]
-    assert worst[0] < 0.5 * worst[1]
+    # VQF knows nothing yet; seen from the end the horizontal part is known, the vertical one shows at rest alone.
+    assert worst[0] < 0.7 * worst[1]
     assert r.ref is not None
     totals = [ar.metrics.score(est.quat, r.ref, r.mask).total for est in (offline, online)]
     assert totals[0] < totals[1]
@@ -103,12 +104,17 @@ def test_a_recording_played_backward_has_the_same_headings_and_biases_of_the_oth
 
 
 def test_flags_say_what_was_left_out() -> None:
-    est = ours("OfflineVQF", SETTINGS["field"], rate=100.0).run(*everyday(100.0), outputs=("mag_disturbed",))
-    disturbed = est.extra["mag_disturbed"] > 0.0
-    rejected, lessened = (est.status & bit != 0 for bit in (Status.MAG_REJECTED, Status.RECOVERING))
-    assert 0.01 < np.mean(rejected) < 0.5
-    assert not (rejected & ~disturbed).any()
-    assert not (lessened & ~disturbed).any()
+    # The field is disturbed for nine seconds: left out, or in both directions for the first three of them.
+    for longest, bit, other in (
+        (60.0, Status.MAG_REJECTED, Status.RECOVERING),
+        (3.0, Status.RECOVERING, Status.MAG_REJECTED),
+    ):
+        f = ar.OfflineVQF(rate=100.0, mag_max_rejection_time=longest)
+        est = f.run(*everyday(100.0), outputs=("mag_disturbed",))
+        disturbed = est.extra["mag_disturbed"] > 0.0
+        assert 0.05 < np.mean(est.status & bit != 0) < 0.3
+        assert not ((est.status & bit != 0) & ~disturbed).any()
+        assert not (est.status & other).any()
     off = ours("OfflineVQF", {"magDistRejectionEnabled": False}, rate=100.0).run(*everyday(100.0))
     assert not (off.status & (Status.MAG_REJECTED | Status.RECOVERING)).any()
 

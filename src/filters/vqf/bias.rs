@@ -163,6 +163,7 @@ impl<S: Scalar> Bias<S> {
     }
 
     /// The estimate as it is now.
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn estimate(&self) -> Estimate<S> {
         Estimate { value: self.value(), covariance: self.error.p }
     }
@@ -196,6 +197,16 @@ impl<S: Scalar> Estimate<S> {
         Estimate {
             value: self.value + vec3(&correction, 0),
             covariance: symmetric(|i, j| sum3(|n| k[(i, n)] * p2[(n, j)])),
+        }
+    }
+
+    /// The estimate in one lane.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn lane(&self, index: usize) -> Estimate<S::Real> {
+        let Vec3 { x, y, z } = self.value;
+        Estimate {
+            value: Vec3::new(x.lane(index), y.lane(index), z.lane(index)),
+            covariance: symmetric(|i, j| self.covariance[(i, j)].lane(index)),
         }
     }
 

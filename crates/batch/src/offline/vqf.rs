@@ -15,9 +15,13 @@ use ahrs_rs::filters::vqf::{BIAS_SIGMA, DELTA, PARAMS, Params, QUAT6D, QUAT9D, R
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::signal::{Coefficients, Gain, LowPass};
 use ahrs_rs::so3::rotate_by;
-use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Measured, Quat, Reading, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Measured, Quat, Scalar, Settings, Vec3};
 
 use super::{Offline, Series, Solution};
+use crate::recording::HIDES_INFINITE;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::Avx2;
+use crate::simd::{Instructions, Portable, Vector, Work};
 use crate::threads::Watch;
 
 /// Samples between two looks at whether it was told to stop.
@@ -55,43 +59,44 @@ pub const SPEC: FilterSpec = FilterSpec {
 
 /// The filter with the values of its parameters.
 pub fn make(values: &[f64], settings: Settings) -> Result<Box<dyn Offline>, ParamError> {
-    Ok(Box::new(OfflineVQF { params: Params::from_values(values)?, settings }))
+    Ok(Box::new(OfflineVQF { params: Params::from_values(values)?, values: values.to_vec(), settings }))
 }
 
 struct OfflineVQF {
     params: Params<f64>,
+    values: Vec<f64>,
     settings: Settings,
 }
 
-/// VQF in one direction, and the angular rate that it was given last: where rows are missing, the held one.
+/// VQF, and the angular rate that it was given last: where rows are missing, the held one.
 #[derive(Clone)]
-struct Pass {
-    vqf: VQF<f64>,
-    rate: Vec3<f64>,
+struct Pass<S: Scalar> {
+    vqf: VQF<S>,
+    rate: Vec3<S>,
 }
 
-impl Filter<f64> for Pass {
-    type Params = Params<f64>;
+impl<S: Scalar> Filter<S> for Pass<S> {
+    type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
     const STARTS_ITSELF: bool = true;
 
-    fn new(params: &Params<f64>) -> Self {
+    fn new(params: &Params<S>) -> Self {
         Pass { vqf: VQF::new(params), rate: Vec3::zero() }
     }
-    fn attitude(&self) -> Quat<f64> {
-        self.vqf.attitude()
+    /// Without the heading offset, for which nobody asks here.
+    #[inline(always)]
+    fn attitude(&self) -> Quat<S> {
+        self.vqf.inclination().attitude()
     }
-    fn set_attitude(&mut self, lanes: bool, q: Quat<f64>) {
+    fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.vqf.set_attitude(lanes, q);
     }
-    fn step(&mut self, sample: &Sample<f64>, dt: f64) {
+    #[inline(always)]
+    fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.rate = sample.gyr;
         self.vqf.step(sample, dt);
     }
-    fn flag(&self, flags: &mut Flags<bool>) {
-        self.vqf.flag(flags);
-    }
-    fn each_variable(&mut self, visit: &mut impl FnMut(&mut f64)) {
+    fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.vqf.each_variable(visit);
         self.rate.each(visit);
     }
@@ -106,36 +111,104 @@ struct Learnt {
 }
 
 impl Learnt {
-    fn of(pass: &Pass) -> Self {
+    #[inline(always)]
+    fn of<S: Scalar<Real = f64>>(pass: &Pass<S>, lane: usize) -> Self {
         Learnt {
-            bias: pass.vqf.bias().estimate(),
-            rest: pass.vqf.rests(),
-            disturbed: pass.vqf.magnetic().disturbed() > 0.5,
+            bias: pass.vqf.bias().estimate().lane(lane),
+            rest: pass.vqf.rests().lane(lane),
+            disturbed: pass.vqf.magnetic().disturbed().lane(lane) > 0.5,
         }
     }
 
-    /// The same of a recording that was played backward, with every turn the other way round.
-    fn played_backward(pass: &Pass) -> Self {
-        let mut learnt = Learnt::of(pass);
-        learnt.bias.value = -learnt.bias.value;
-        learnt
-    }
-
-    /// At rest where one direction sees it (rest is seen at its end), disturbed where both do.
-    fn joined(&self, other: &Self) -> Self {
+    /// From what this says and what `later` says of the same sample in the recording played backward, where every turn is the
+    /// other way round: at rest where one direction sees it (rest is seen at its end), disturbed where both do.
+    fn joined(&self, later: &Self) -> Self {
+        let mut bias = later.bias;
+        bias.value = -bias.value;
         Learnt {
-            bias: self.bias.joined(&other.bias),
-            rest: self.rest | other.rest,
-            disturbed: self.disturbed & other.disturbed,
+            bias: self.bias.joined(&bias),
+            rest: self.rest | later.rest,
+            disturbed: self.disturbed & later.disturbed,
         }
     }
 }
 
-/// What both passes say of a recording: by sample, what is learnt, the angular rate to integrate, and the rows' flags.
+/// What both passes say of a recording: by sample, what is learnt, the angular rate to integrate, and what is missing.
+#[derive(Default)]
 struct Passes {
     learnt: Vec<Learnt>,
     rates: Vec<Vec3<f64>>,
-    flags: Vec<Flags<bool>>,
+    missing: Vec<u8>,
+}
+
+/// VQF forward in the first lane, and over the recording played backward in the second: a step takes little longer than one
+/// of a filter alone. Other lanes do the same as the second.
+struct BothWays<'a, S: Scalar> {
+    estimator: Estimator<S, Pass<S>>,
+    series: &'a Series,
+    steps: &'a [f64],
+    back: &'a [f64],
+    watch: &'a Watch,
+    found: &'a mut Passes,
+    later: &'a mut Vec<Learnt>,
+}
+
+impl<'a, S: Vector<Real = f64>> BothWays<'a, S> {
+    fn new(
+        of: &OfflineVQF,
+        series: &'a Series,
+        (steps, back): (&'a [f64], &'a [f64]),
+        watch: &'a Watch,
+        (found, later): (&'a mut Passes, &'a mut Vec<Learnt>),
+    ) -> Result<Self, ParamError> {
+        let settings = Settings { gyr_hold: of.settings.gyr_hold, ..Settings::default() };
+        let estimator = Estimator::new(&Params::from_lanes(&[&of.values])?, settings);
+        Ok(BothWays { estimator, series, steps, back, watch, found, later })
+    }
+
+    /// The rows of a sensor that may not be there.
+    #[allow(clippy::manual_map, reason = "a closure is not sure to be compiled for the vector instructions")]
+    #[inline(always)]
+    fn given(rows: Option<&[Vec3<f64>]>, index: usize) -> Option<Vec3<S>> {
+        match rows {
+            Some(rows) => Some(Self::rows(rows, index, 1.0)),
+            None => None,
+        }
+    }
+
+    /// The rows at a sample and as many before the end.
+    #[inline(always)]
+    fn rows(rows: &[Vec3<f64>], index: usize, sign: f64) -> Vec3<S> {
+        let none = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
+        let first = rows.get(index).copied().unwrap_or(none);
+        let second = rows.get(rows.len().wrapping_sub(index + 1)).copied().unwrap_or(none) * sign;
+        Vec3::new(both(first.x, second.x), both(first.y, second.y), both(first.z, second.z))
+    }
+}
+
+#[inline(always)]
+fn both<S: Vector<Real = f64>>(first: f64, second: f64) -> S {
+    S::load(&[first, second, second, second])
+}
+
+impl<S: Vector<Real = f64>> Work for BothWays<'_, S> {
+    #[inline(always)]
+    fn run(self) {
+        let mut estimator = self.estimator;
+        for (index, (&dt, &back_dt)) in self.steps.iter().zip(self.back).enumerate() {
+            if index % TILE == 0 && !self.watch.go_on() {
+                return;
+            }
+            let acc = Self::given(self.series.acc.as_deref(), index);
+            let mag = Self::given(self.series.mag.as_deref(), index);
+            let output = estimator.step(Self::rows(&self.series.gyr, index, -1.0), acc, mag, both(dt, back_dt));
+            let pass = estimator.filter();
+            self.found.missing.push(output.flags.bits(0) & HIDES_INFINITE);
+            self.found.rates.push(Vec3::new(pass.rate.x.lane(0), pass.rate.y.lane(0), pass.rate.z.lane(0)));
+            self.found.learnt.push(Learnt::of(pass, 0));
+            self.later.push(Learnt::of(pass, 1));
+        }
+    }
 }
 
 /// How the field of a sample was taken.
@@ -153,7 +226,7 @@ impl Offline for OfflineVQF {
         let steps: Vec<f64> = series.dt.iter().map(|dt| dt.clamp(0.0, LONGEST_STEP)).collect();
         // Seen from the end, a sample comes after the step that the next one ends; the first one after that of the start.
         let back: Vec<f64> = steps.iter().take(1).chain(steps.iter().skip(1).rev()).copied().collect();
-        let Passes { learnt, rates, mut flags } = self.passes(series, &steps, &back, watch)?;
+        let Passes { learnt, rates, missing } = self.passes(series, &steps, &back, watch)?;
 
         // Strapdown integration, and the specific force in the almost inertial frame that comes of it.
         let mut gyr = Quat::identity();
@@ -190,12 +263,14 @@ impl Offline for OfflineVQF {
         self.filter_headings(&mut angles, &mut taken, &learnt, &back, true);
         let delta = filled(&angles);
 
-        for (((flags, learnt), taken), angle) in flags.iter_mut().zip(&learnt).zip(&taken).zip(&angles) {
-            flags.rest = learnt.rest;
-            flags.mag_rejected = angle.is_some() && !taken.used;
-            flags.recovering = taken.lessened;
-            flags.not_aligned = !inclined;
-        }
+        let judged = learnt.iter().zip(taken.iter().zip(&angles)).map(|(learnt, (taken, angle))| Flags {
+            rest: learnt.rest,
+            mag_rejected: angle.is_some() && !taken.used,
+            recovering: taken.lessened,
+            not_aligned: !inclined,
+            ..Flags::none()
+        });
+        let status = missing.iter().zip(judged).map(|(missing, judged)| missing | judged.bits(0)).collect();
         let headings = level.iter().zip(&delta).map(|(&level, &delta)| turned(level, delta).renormalized());
         let headings: Vec<_> = headings.collect();
         let extra = |&index: &usize| output(index, &learnt, &level, &headings, &delta);
@@ -203,42 +278,35 @@ impl Offline for OfflineVQF {
             extra: outputs.iter().map(extra).collect(),
             quat: continuous(&headings, self.settings.output_rotation(headed)),
             gyr_bias: learnt.iter().map(|learnt| learnt.bias.value).collect(),
-            status: flags.iter().map(|flags| flags.bits(0)).collect(),
+            status,
         })
     }
 }
 
 impl OfflineVQF {
-    /// VQF forward, and over the same recording played backward. Side by side: a step of one does not wait for the other.
+    /// What VQF learns forward and backward; none where it was told to stop.
     fn passes(&self, series: &Series, steps: &[f64], back: &[f64], watch: &Watch) -> Option<Passes> {
-        let samples = series.gyr.len();
-        let settings = Settings { gyr_hold: self.settings.gyr_hold, ..Settings::default() };
-        let mut forward = Estimator::<f64, Pass>::new(&self.params, settings);
-        let mut backward = forward.clone();
-        let mut found = Passes {
-            learnt: Vec::with_capacity(samples),
-            rates: Vec::with_capacity(samples),
-            flags: Vec::with_capacity(samples),
-        };
-        let mut later = Vec::with_capacity(samples);
-        let reading = |index: usize, sign: f64| {
-            let row = |rows: &Option<Vec<Vec3<f64>>>| rows.as_ref().and_then(|rows| rows.get(index)).copied();
-            Some(Reading::new(*series.gyr.get(index)? * sign, row(&series.acc), row(&series.mag)))
-        };
-        for (index, (&dt, &back_dt)) in steps.iter().zip(back).enumerate() {
-            if index % TILE == 0 && !watch.go_on() {
-                return None;
-            }
-            found.flags.push(forward.take(&reading(index, 1.0)?, dt).flags);
-            backward.take(&reading(samples - 1 - index, -1.0)?, back_dt);
-            found.learnt.push(Learnt::of(forward.filter()));
-            found.rates.push(forward.filter().rate);
-            later.push(Learnt::played_backward(backward.filter()));
+        #[cfg(target_arch = "x86_64")]
+        if let Some(instructions) = Avx2::detect() {
+            return self.passes_with(instructions, series, (steps, back), watch);
         }
+        self.passes_with(Portable, series, (steps, back), watch)
+    }
+
+    fn passes_with<I: Instructions<f64>>(
+        &self,
+        instructions: I,
+        series: &Series,
+        steps: (&[f64], &[f64]),
+        watch: &Watch,
+    ) -> Option<Passes> {
+        let (mut found, mut later) = (Passes::default(), Vec::new());
+        let to = (&mut found, &mut later);
+        instructions.run(BothWays::<I::Vector>::new(self, series, steps, watch, to).ok()?);
         for (learnt, later) in found.learnt.iter_mut().zip(later.iter().rev()) {
             *learnt = learnt.joined(later);
         }
-        Some(found)
+        watch.go_on().then_some(found)
     }
 
     /// Low-pass filters the forces forward and backward; the way back starts at rest at what it sees first.
