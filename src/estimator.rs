@@ -74,6 +74,9 @@ pub struct Estimator<S: Scalar, F> {
     settings: Settings,
     /// False where the output is in the filter's own frame.
     turns_output: bool,
+    /// The rotations from the filter's frame to the chosen one: where its north is that of the chosen frame, and where it
+    /// is the magnetic one. Made once: their sine and cosine have no place in a step.
+    rotations: [Quat<S>; 2],
     /// The last angular rate that was measured.
     rate: Vec3<S>,
     /// The last output, whose sign the next one continues.
@@ -100,6 +103,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             filter: F::new(params),
             settings,
             turns_output: settings.frame != Frame::Enu || settings.declination.abs() > 0.0,
+            rotations: [settings.output_rotation(false), settings.output_rotation(true)],
             rate: Vec3::zero(),
             quat: settings.frame.from_enu(),
             started: no,
@@ -238,11 +242,11 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// The rotation from the filter's frame to the chosen one.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn output_rotation(&self) -> Quat<S> {
-        let frame: Quat<S> = self.settings.output_rotation(false);
+        let [frame, turned] = self.rotations;
         if self.settings.declination == 0.0 {
             return frame;
         }
-        Quat::select(self.magnetic, self.settings.output_rotation(true), frame)
+        Quat::select(self.magnetic, turned, frame)
     }
 
     /// Set where no sample has come and no attitude was given: the first sample aligns, and its step does not matter.
