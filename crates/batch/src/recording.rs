@@ -21,6 +21,7 @@ pub struct Time<'a> {
 }
 
 /// The measurements of one recording; rows are samples.
+#[derive(Clone, Copy)]
 pub struct Recording<'a, T> {
     /// (T, 3) angular rates in rad/s.
     pub gyr: ArrayView2<'a, T>,
@@ -72,7 +73,7 @@ fn status_of(buffer: &[[u8; 1]], out: &ArrayViewMut2<'_, u8>) -> u8 {
 }
 
 /// Whether a measurement of samples `start..end` is infinite.
-fn sensors_infinite<T: Number>(recording: &Recording<'_, T>, start: usize, end: usize) -> bool {
+pub fn sensors_infinite<T: Number>(recording: &Recording<'_, T>, start: usize, end: usize) -> bool {
     let sensors = [Some(recording.gyr), recording.acc, recording.mag];
     sensors.into_iter().flatten().any(|view| match view.slice_move(s![start..end, ..]) {
         part if part.is_standard_layout() => any_infinite(part.to_slice().unwrap_or_default()),
@@ -81,7 +82,7 @@ fn sensors_infinite<T: Number>(recording: &Recording<'_, T>, start: usize, end: 
 }
 
 /// Whether one of the values is infinite; NaN is a missing value.
-pub fn any_infinite<T: Number>(values: &[T]) -> bool {
+fn any_infinite<T: Number>(values: &[T]) -> bool {
     // Reducing without a branch is several times as fast as stopping at the first.
     values.iter().fold(false, |any, value| any | T::splat(T::MAX).lt(value.abs()))
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
 use crate::bank::{Bank, Rows};
-use crate::recording::{HIDES_INFINITE, Outputs, Recording, Time, any_infinite};
+use crate::recording::{HIDES_INFINITE, Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
 use crate::transpose::deinterleave;
 
@@ -90,12 +90,14 @@ impl<T: Number> Stage<T> {
             let mag = each().filter_map(|r| r.mag.as_ref());
             into_lanes(bank, self.mag.get_mut(3 * lanes * rows), mag, start..end, scratch);
         }
-        let step = first.time.step;
-        let steady =
-            start > 0 && inputs.iter().all(|r| r.time.stamps.is_none() && r.time.step.to_bits() == step.to_bits());
+        let step = first.recording.time.step;
+        let steady = start > 0
+            && inputs
+                .iter()
+                .all(|r| r.recording.time.stamps.is_none() && r.recording.time.step.to_bits() == step.to_bits());
         if !(steady && self.steady) {
             self.steps.clear();
-            each().for_each(|r| r.time.steps(&mut self.steps, start, end));
+            each().for_each(|r| r.recording.time.steps(&mut self.steps, start, end));
             let mut steps: [&[T]; MOST_LANES] = [&[]; MOST_LANES];
             steps.iter_mut().zip(self.steps.chunks_exact(rows.max(1))).for_each(|(place, steps)| *place = steps);
             bank.interleave(self.dt.get_mut(lanes * rows), steps.get(..lanes).unwrap_or_default());
@@ -111,18 +113,8 @@ impl<T: Number> Stage<T> {
         if missing & HIDES_INFINITE == 0 {
             return Vec::new();
         }
-        let rows = start..start + self.rows;
-        let infinite = |source: &Source<'_, T>| match source {
-            Source::Flat(values, width) => {
-                any_infinite(values.get(width * rows.start..width * rows.end).unwrap_or_default())
-            }
-            Source::Spread(view) => view.slice(s![rows.clone(), ..]).iter().any(|value| any_infinite(&[*value])),
-        };
         let lanes = inputs.iter().enumerate();
-        lanes
-            .filter(|(_, r)| [Some(&r.gyr), r.acc.as_ref(), r.mag.as_ref()].into_iter().flatten().any(infinite))
-            .map(|(lane, _)| lane)
-            .collect()
+        lanes.filter(|(_, r)| sensors_infinite(&r.recording, start, start + self.rows)).map(|(lane, _)| lane).collect()
     }
 
     /// The tile, for a bank to go on by.
@@ -204,7 +196,7 @@ pub struct Input<'a, T> {
     gyr: Source<'a, T>,
     acc: Option<Source<'a, T>>,
     mag: Option<Source<'a, T>>,
-    time: Time<'a>,
+    recording: Recording<'a, T>,
 }
 
 impl<'a, T: Number> Input<'a, T> {
@@ -214,7 +206,7 @@ impl<'a, T: Number> Input<'a, T> {
             gyr: Source::new(&recording.gyr),
             acc: recording.acc.as_ref().map(Source::new),
             mag: recording.mag.as_ref().map(Source::new),
-            time: recording.time,
+            recording: *recording,
         }
     }
 }

@@ -8,7 +8,7 @@ use ahrs_rs::params::ParamError;
 use ahrs_rs::{FilterSpec, Quat, Settings, Vec3};
 use ndarray::ArrayView2;
 
-use crate::recording::{Outputs, Recording, any_infinite};
+use crate::recording::{Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
 use crate::threads::{Job, Watch, in_threads};
 
@@ -81,9 +81,7 @@ fn run<T: Number>(
     outputs: &mut Outputs<'_, T>,
     watch: &Watch,
 ) -> bool {
-    let sensors = [Some(recording.gyr), recording.acc, recording.mag];
-    let infinite = |view: ArrayView2<'_, T>| view.iter().any(|value| any_infinite(&[*value]));
-    if sensors.into_iter().flatten().any(infinite) {
+    if sensors_infinite(recording, 0, recording.gyr.nrows()) {
         return false;
     }
     let mut dt = Vec::with_capacity(recording.gyr.nrows());
