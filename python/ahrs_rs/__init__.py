@@ -13,7 +13,8 @@ asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest,
 """
 
 from ahrs_rs import filters, metrics, simulate
-from ahrs_rs._filter import Filter, Param
+from ahrs_rs._filter import Filter
+from ahrs_rs._param import Param
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate

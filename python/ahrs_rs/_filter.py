@@ -1,4 +1,4 @@
-"""The base class of all filters, and how a class is made from the registry's description."""
+"""The base class of all filters."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, Self, cast
 
@@ -13,47 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs import _native
-from ahrs_rs._special import SPECIAL
+from ahrs_rs._param import Param
 from ahrs_rs.estimate import Estimate, Floats
 from ahrs_rs.state import Snapshot, State
 from ahrs_rs.status import Status
 
 FRAMES: tuple[str, ...] = tuple(_native.frames())
 GYR_HOLDS: tuple[str, ...] = tuple(_native.gyr_holds())
-
-
-@dataclass(frozen=True, slots=True)
-class Param:
-    """A parameter of a filter: where its constructor, stub, command line and docs come from."""
-
-    name: str
-    doc: str
-    """Meaning."""
-    unit: str
-    """SI unit, or empty."""
-    default: float | str | bool
-    range: tuple[float, float] | None
-    """Smallest and largest value of a number."""
-    options: tuple[str, ...] | tuple[bool, ...] | None
-    """The values of a choice, or (False, True) of a switch."""
-
-    def encode(self, value: object) -> float:
-        """The number by which the native side knows the value; ``ValueError`` where it is not allowed."""
-        if self.options is not None:
-            kind = (bool, np.bool_) if isinstance(self.default, bool) else str
-            if isinstance(value, kind) and value in self.options:
-                return float(self.options.index(cast(Any, value)))
-            raise ValueError(f"{self.name} must be one of {', '.join(map(repr, self.options))}, got {value!r}")
-        if isinstance(value, (str, bytes, bool)) or np.ndim(cast(Any, value)) != 0:
-            raise ValueError(f"{self.name} must be a number, got {value!r}")
-        try:
-            number = float(cast(Any, value))
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"{self.name} must be a number, got {value!r}") from None
-        low, high = self.range or (-np.inf, np.inf)
-        if not low <= number <= high:
-            raise ValueError(f"{self.name} must be in [{low:g}, {high:g}] {self.unit}, got {number!r}")
-        return number
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +55,7 @@ class Filter(_native.NativeFilter):
     STREAMING: ClassVar[bool]
     EQUIVARIANCE: ClassVar[str]
     SOURCE: ClassVar[str]
+    _DEFAULTS: ClassVar[dict[str, float]]
     __signature__: ClassVar[inspect.Signature]
     MAGNETOMETER: ClassVar[bool]
     """Whether a magnetometer is used beyond the initial heading."""
@@ -112,11 +80,7 @@ class Filter(_native.NativeFilter):
         dtype: DTypeLike = np.float64,
         **params: Any,
     ) -> Self:
-        unknown = [name for name in params if name not in cls.PARAMS]
-        if unknown:
-            known = ", ".join([*cls.PARAMS, "rate", "frame", "declination", "gyr_hold", "dtype"])
-            raise TypeError(f"{cls.NAME} has no parameter {unknown[0]!r}; it takes {known}")
-        values = [spec.encode(params.get(name, spec.default)) for name, spec in cls.PARAMS.items()]
+        values = cls._encoded(params)
         kind = np.dtype(dtype)
         rate = None if rate is None else _number("rate", rate)
         declination = _number("declination", declination)
@@ -134,6 +98,18 @@ class Filter(_native.NativeFilter):
             {name: value if spec.options is None else spec.options[int(value)] for (name, spec), value in numbers}
         )
         return self
+
+    @classmethod
+    def _encoded(cls, params: Mapping[str, Any]) -> list[float]:
+        """The numbers of all parameters, those that are not given having their defaults; checked."""
+        if not params.keys() <= cls.PARAMS.keys():
+            unknown = next(name for name in params if name not in cls.PARAMS)
+            known = ", ".join([*cls.PARAMS, "rate", "frame", "declination", "gyr_hold", "dtype"])
+            raise TypeError(f"{cls.NAME} has no parameter {unknown!r}; it takes {known}")
+        values = cls._DEFAULTS.copy()
+        for name, value in params.items():
+            values[name] = cls.PARAMS[name].encode(value)
+        return list(values.values())
 
     @classmethod
     def preset(cls, name: str, **keywords: Any) -> Self:
@@ -166,6 +142,7 @@ class Filter(_native.NativeFilter):
         settings = {"frame": self.frame, "declination": self.declination, "gyr_hold": self.gyr_hold}
         return {"rate": self.rate, **self.params, **settings, "dtype": self.dtype}
 
+    @cached_property
     def _settings(self) -> tuple[tuple[str, float | str | bool], ...]:
         keywords = {name: value for name, value in self._keywords().items() if name not in ("rate", "dtype")}
         return tuple(keywords.items())
@@ -260,7 +237,7 @@ class Filter(_native.NativeFilter):
             raise ValueError(f"state: expected None, as {self.NAME} is offline, got {type(state).__name__}")
         if not isinstance(state, State):
             raise ValueError(f"state: expected a State or a list of them, got {type(state).__name__}")
-        state.check(self.NAME, dtype, self._settings())
+        state.check(self.NAME, dtype, self._settings)
         return state
 
     def _stamps(self, t: ArrayLike | None, shape: tuple[int, ...], before: list[State]) -> NDArray[np.float64]:
@@ -283,7 +260,7 @@ class Filter(_native.NativeFilter):
 
     def _wrap(self, snapshot: Snapshot, dtype: str) -> State:
         variables, last_t, samples = snapshot
-        return State(self.NAME, dtype, self._settings(), tuple(variables), last_t, samples)
+        return State(self.NAME, dtype, self._settings, tuple(variables), last_t, samples)
 
     @property
     def status(self) -> Status:
@@ -328,29 +305,6 @@ def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | N
     return made
 
 
-class _Absent:
-    """What an offline filter does not have: looking for it is an ``AttributeError`` that says why."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def __get__(self, instance: Filter | None, owner: type[Filter]) -> Any:
-        raise AttributeError(f"{owner.NAME} is offline and has no {self.name}: it takes whole recordings by run")
-
-
-#: What goes on from sample to sample, and so is not there in offline filters.
-STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
-
-
-def _param_property(param: Param) -> property:
-    """The value of a parameter as an attribute."""
-
-    def value(self: Filter) -> float | str | bool:
-        return self.params[param.name]
-
-    return property(value, doc=param.doc)
-
-
 def _number(name: str, value: object) -> float:
     if isinstance(value, (str, bytes, bool)):
         raise ValueError(f"{name}: expected a number, got {value!r}")
@@ -377,72 +331,3 @@ def _choice(name: str, value: object, options: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in options:
         raise ValueError(f"{name}: expected one of {', '.join(map(repr, options))}, got {value!r}")
     return value
-
-
-def make_class(spec: Mapping[str, Any]) -> type[Filter]:
-    """The class of a filter, from its description in the registry."""
-    params = {entry["name"]: Param(**entry) for entry in spec["params"]}
-    outputs = {
-        name: f"{doc}; shape ({', '.join(['...', 'T', *map(str, shape)])})"
-        for name, (doc, shape) in spec["outputs"].items()
-    }
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    common = [p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword]
-    own = [inspect.Parameter(name, keyword, default=param.default) for name, param in params.items()]
-    return type(
-        spec["name"],
-        (Filter,),
-        {
-            "__module__": "ahrs_rs",
-            "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
-            **{name: _param_property(param) for name, param in params.items()},
-            **({} if spec["streaming"] else {name: _Absent(name) for name in STREAMED}),
-            **{method.__name__: classmethod(method) for method in SPECIAL.get(spec["name"], ())},
-            "__doc__": class_doc(spec, params, outputs),
-            "NAME": spec["name"],
-            "PARAMS": MappingProxyType(params),
-            "OUTPUTS": MappingProxyType(outputs),
-            "PRESETS": MappingProxyType({name: MappingProxyType(values) for name, values in spec["presets"].items()}),
-            "STREAMING": spec["streaming"],
-            "EQUIVARIANCE": spec["equivariance"],
-            "SOURCE": spec["source"],
-            "MAGNETOMETER": spec["magnetometer"],
-            "FEEDBACK": spec["feedback"],
-        },
-    )
-
-
-def class_doc(spec: Mapping[str, Any], params: Mapping[str, Param], outputs: Mapping[str, str]) -> str:
-    """The docstring of a filter's class."""
-    sensors = (
-        "9D, or 6D without a magnetometer" if spec["magnetometer"] else "6D; a magnetometer gives the initial heading"
-    )
-    lines = [spec["doc"], "", f"Source: {spec['source']}. Uses: {sensors}.", ""]
-    if params:
-        lines += ["Parameters", "----------"]
-    for param in params.values():
-        if param.options is not None:
-            kind = " or ".join(f'"{option}"' if isinstance(option, str) else str(option) for option in param.options)
-        else:
-            low, high = param.range or (0.0, 0.0)
-            kind = f"{param.unit}, in [{low:g}, {high:g}]"
-        lines += [f"{param.name} : {kind}, default {param.default!r}", f"    {param.doc}"]
-    if spec["presets"]:
-        lines += [
-            "",
-            "Presets: "
-            + "; ".join(
-                f"{name} ({', '.join(f'{key}={value}' for key, value in values.items())})"
-                for name, values in spec["presets"].items()
-            ),
-        ]
-    if outputs:
-        lines += ["", "Outputs: " + "; ".join(f"{name}: {doc}" for name, doc in outputs.items())]
-    law = spec["equivariance"]
-    lines += [
-        "",
-        f"Under a rotation of the sensor frame the estimate's law is: {law}.",
-        "",
-        "Further keywords: `ahrs_rs.Filter`.",
-    ]
-    return "\n".join(lines)

@@ -160,7 +160,7 @@ def parameter_sets(filter: type[Filter], grid: Grid) -> list[dict[str, Any]]:
     else:
         sets = [dict(each) for each in grid]
     for one in sets:
-        filter(**one)
+        filter._encoded(one)
     return sets
 
 
@@ -174,9 +174,7 @@ def _by_name(
     count: Callable[[int], object],
 ) -> None:
     """Fills in what is not done, by the native engine."""
-    values = [
-        [spec.encode(one.get(name, spec.default)) for name, spec in filter.PARAMS.items()] for one in result.params
-    ]
+    values = [filter._encoded(one) for one in result.params]
     native = [_trial(one, dtype) for one in trials]
     # What is missing is the same for most recordings: all of it, or none.
     for missing in {tuple(np.flatnonzero(~done)) for done in result.done.T}:

@@ -3,6 +3,7 @@
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::{Estimator, Filter, Mask, Quat, Scalar, Settings, Vec3};
 
+use crate::ahead::Ahead;
 use crate::metric::{Metric, Sums};
 use crate::registry::Number;
 use crate::simd::{Instructions, Vector, Work};
@@ -26,6 +27,8 @@ pub struct Rows<'a, T> {
     pub gyr_bias: Option<&'a mut [T]>,
     /// Status bits out.
     pub status: &'a mut [u8],
+    /// What comes next.
+    pub ahead: &'a Ahead,
 }
 
 /// A filter with several lanes.
@@ -122,9 +125,11 @@ impl<S: Vector, F: Filter<S>> Work for Steps<'_, '_, S, F> {
         let mut gyr_bias = rows.gyr_bias.as_mut().map(|values| values.chunks_exact_mut(3 * lanes));
         let inputs = rows.gyr.chunks_exact(3 * lanes).zip(rows.dt.chunks_exact(lanes));
         let outputs = rows.quat.chunks_exact_mut(4 * lanes).zip(rows.status.chunks_exact_mut(lanes));
+        let mut asking = rows.ahead.over(rows.gyr.len() / (3 * lanes));
         // A copy of its own can live in registers.
         let mut this = self.estimator.clone();
         for ((gyr, dt), (quat, status)) in inputs.zip(outputs) {
+            asking.next_row::<S>();
             let acc = match acc.as_mut().and_then(Iterator::next) {
                 Some(row) => Some(loaded3(row)),
                 None => None,

@@ -32,6 +32,7 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
         let end = shortest.min(done + Stage::<T>::capacity());
         let current = inputs.get(..active).unwrap_or_default();
         stage.fill(bank, current, done, end);
+        stage.look_ahead(current, outputs.get(..active).unwrap_or_default(), end);
         bank.run(&mut stage.rows(with_bias));
         refused.extend(stage.infinite(current, done));
         stage.write_back(bank, outputs.get_mut(..active).unwrap_or_default(), done);

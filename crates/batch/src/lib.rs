@@ -8,6 +8,7 @@
 //! - [`threads`]: many recordings at once;
 //! - [`sweep`], [`metric`]: the errors of many parameter sets against a reference.
 
+mod ahead;
 pub mod bank;
 pub mod lanes;
 pub mod metric;

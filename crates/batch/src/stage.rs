@@ -4,22 +4,20 @@ use std::ops::Range;
 
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
+use crate::ahead::{Ahead, LINE};
 use crate::bank::{Bank, Rows};
 use crate::recording::{HIDES_INFINITE, Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
 use crate::transpose::deinterleave;
 
 /// Samples of each recording in a tile.
-const TILE: usize = 64;
+const TILE: usize = 128;
 
 /// The most numbers that one lane has in a tile of one array.
 const ROOM: usize = 4 * TILE;
 
 /// The most lanes of a bank.
 const MOST_LANES: usize = 32;
-
-/// A line of the cache in bytes.
-const LINE: usize = 64;
 
 /// Room for a tile: what goes into a bank and what comes out.
 pub struct Stage<T> {
@@ -40,6 +38,7 @@ pub struct Stage<T> {
     /// Rows of arrays whose numbers do not lie next to each other.
     scratch: Vec<T>,
     status_scratch: Vec<u8>,
+    ahead: Ahead,
 }
 
 impl<T: Number> Stage<T> {
@@ -62,6 +61,7 @@ impl<T: Number> Stage<T> {
             steps: Vec::with_capacity(TILE * lanes),
             scratch: vec![T::zero(); ROOM * lanes],
             status_scratch: vec![0; ROOM * lanes],
+            ahead: Ahead::none(),
         }
     }
 
@@ -106,15 +106,37 @@ impl<T: Number> Stage<T> {
         self.steady = steady && (self.steady || rows == TILE);
     }
 
+    /// Has the memory of the tile from sample `start` on asked for while the next `rows` are computed.
+    pub fn look_ahead(&mut self, inputs: &[Input<'_, T>], outputs: &[Output<'_, T>], start: usize) {
+        self.ahead.clear();
+        let part = start..start + TILE;
+        for input in inputs {
+            for source in [Some(&input.gyr), input.acc.as_ref(), input.mag.as_ref()].into_iter().flatten() {
+                self.ahead.add(source.flat(part.clone()));
+            }
+        }
+        for output in outputs {
+            self.ahead.add(output.quat.flat(part.clone()));
+            self.ahead.add(output.status.flat(part.clone()));
+            if let Some(bias) = &output.gyr_bias {
+                self.ahead.add(bias.flat(part.clone()));
+            }
+        }
+    }
+
     /// The lanes of the tile, which begins at sample `start`, that hold an infinite value. The filters take it for missing
     /// and say so, so that data in which nothing is missing are not searched.
     pub fn infinite(&self, inputs: &[Input<'_, T>], start: usize) -> Vec<usize> {
-        let missing = self.status.get(self.lanes * self.rows).iter().fold(0, |bits, &status| bits | status);
-        if missing & HIDES_INFINITE == 0 {
+        if self.statuses() & HIDES_INFINITE == 0 {
             return Vec::new();
         }
         let lanes = inputs.iter().enumerate();
         lanes.filter(|(_, r)| sensors_infinite(&r.recording, start, start + self.rows)).map(|(lane, _)| lane).collect()
+    }
+
+    /// All status bits of the tile.
+    fn statuses(&self) -> u8 {
+        self.status.get(self.lanes * self.rows).iter().fold(0, |bits, &status| bits | status)
     }
 
     /// The tile, for a bank to go on by.
@@ -128,6 +150,7 @@ impl<T: Number> Stage<T> {
             quat: self.quat.get_mut(4 * lanes * rows),
             gyr_bias: with_bias.then_some(self.gyr_bias.get_mut(3 * lanes * rows)),
             status: self.status.get_mut(lanes * rows),
+            ahead: &self.ahead,
         }
     }
 
@@ -146,7 +169,16 @@ impl<T: Number> Stage<T> {
         let gyr_bias = outputs.iter_mut().filter_map(|out| out.gyr_bias.as_mut());
         out_of_lanes(self.gyr_bias.get(3 * lanes * rows), gyr_bias, part.clone(), &mut self.scratch, apart);
         let status = outputs.iter_mut().map(|out| &mut out.status);
-        let apart = |from: &[u8], to: &mut [&mut [u8]]| deinterleave(from, lanes, to, 0);
+        let all_zero = self.statuses() == 0;
+        let apart = |from: &[u8], to: &mut [&mut [u8]]| {
+            if all_zero {
+                for places in to {
+                    places.fill(0);
+                }
+            } else {
+                deinterleave(from, lanes, to, 0);
+            }
+        };
         out_of_lanes(self.status.get(lanes * rows), status, part, &mut self.status_scratch, apart);
     }
 }
@@ -160,6 +192,14 @@ pub enum Source<'a, E> {
 impl<'a, E: Copy> Source<'a, E> {
     fn new(rows: &ArrayView2<'a, E>) -> Self {
         rows.to_slice().map_or(Source::Spread(*rows), |values| Source::Flat(values, rows.ncols()))
+    }
+
+    /// The numbers of the rows that there are, where they lie next to each other.
+    fn flat(&self, rows: Range<usize>) -> &[E] {
+        match self {
+            Source::Flat(values, width) => flat(values, *width, rows),
+            Source::Spread(_) => &[],
+        }
     }
 
     fn part<'b>(&'b self, rows: Range<usize>, scratch: &'b mut [E]) -> &'b [E] {
@@ -189,6 +229,19 @@ impl<'a, E> Sink<'a, E> {
         }
         Sink::Spread(rows)
     }
+
+    /// As of [`Source`].
+    fn flat(&self, rows: Range<usize>) -> &[E] {
+        match self {
+            Sink::Flat(values, width) => flat(values, *width, rows),
+            Sink::Spread(_) => &[],
+        }
+    }
+}
+
+/// The numbers of the rows that there are.
+fn flat<E>(values: &[E], width: usize, rows: Range<usize>) -> &[E] {
+    values.get(width * rows.start..values.len().min(width * rows.end)).unwrap_or_default()
 }
 
 /// What goes into a lane.

@@ -9,7 +9,8 @@ import shutil
 import textwrap
 from typing import Any
 
-from ahrs_rs._filter import Filter, Param
+from ahrs_rs._filter import Filter
+from ahrs_rs._param import Param
 from ahrs_rs.cli import _common
 from ahrs_rs.cli._common import Commands
 from ahrs_rs.filters import FILTERS

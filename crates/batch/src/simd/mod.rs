@@ -14,6 +14,9 @@ pub trait Vector: Scalar {
     fn load(from: &[Self::Real]) -> Self;
     /// Writes the lanes; nothing where there is too little room.
     fn store(self, to: &mut [Self::Real]);
+    /// Asks the memory for the line of the cache at an address, which need not be one that can be read.
+    #[inline(always)]
+    fn ask(_address: *const u8) {}
 }
 
 /// What is to be compiled for vector instructions.

@@ -245,6 +245,11 @@ macro_rules! register {
                     unsafe { $store(lanes.as_mut_ptr(), self.0) };
                 }
             }
+            #[inline(always)]
+            fn ask(address: *const u8) {
+                // Into the second level: a tile is larger than the first.
+                unsafe { _mm_prefetch::<_MM_HINT_T1>(address.cast()) };
+            }
         }
 
         /// Numbers of sources, one for each lane, into the order of the lanes; how many of each are done.

@@ -1,0 +1,104 @@
+"""How a filter's class is made from the registry's description."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from ahrs_rs._filter import Filter
+from ahrs_rs._param import Param
+from ahrs_rs._special import SPECIAL
+
+#: What goes on from sample to sample, and so is not there in offline filters.
+STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
+
+
+def make_class(spec: Mapping[str, Any]) -> type[Filter]:
+    """The class of a filter, from its description in the registry."""
+    params = {entry["name"]: Param(**entry) for entry in spec["params"]}
+    outputs = {
+        name: f"{doc}; shape ({', '.join(['...', 'T', *map(str, shape)])})"
+        for name, (doc, shape) in spec["outputs"].items()
+    }
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    common = [p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword]
+    own = [inspect.Parameter(name, keyword, default=param.default) for name, param in params.items()]
+    return type(
+        spec["name"],
+        (Filter,),
+        {
+            "__module__": "ahrs_rs",
+            "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
+            **{name: _param_property(param) for name, param in params.items()},
+            **({} if spec["streaming"] else {name: _Absent(name) for name in STREAMED}),
+            **{method.__name__: classmethod(method) for method in SPECIAL.get(spec["name"], ())},
+            "__doc__": class_doc(spec, params, outputs),
+            "NAME": spec["name"],
+            "PARAMS": MappingProxyType(params),
+            "_DEFAULTS": {name: param.encode(param.default) for name, param in params.items()},
+            "OUTPUTS": MappingProxyType(outputs),
+            "PRESETS": MappingProxyType({name: MappingProxyType(values) for name, values in spec["presets"].items()}),
+            "STREAMING": spec["streaming"],
+            "EQUIVARIANCE": spec["equivariance"],
+            "SOURCE": spec["source"],
+            "MAGNETOMETER": spec["magnetometer"],
+            "FEEDBACK": spec["feedback"],
+        },
+    )
+
+
+def class_doc(spec: Mapping[str, Any], params: Mapping[str, Param], outputs: Mapping[str, str]) -> str:
+    """The docstring of a filter's class."""
+    sensors = (
+        "9D, or 6D without a magnetometer" if spec["magnetometer"] else "6D; a magnetometer gives the initial heading"
+    )
+    lines = [spec["doc"], "", f"Source: {spec['source']}. Uses: {sensors}.", ""]
+    if params:
+        lines += ["Parameters", "----------"]
+    for param in params.values():
+        if param.options is not None:
+            kind = " or ".join(f'"{option}"' if isinstance(option, str) else str(option) for option in param.options)
+        else:
+            low, high = param.range or (0.0, 0.0)
+            kind = f"{param.unit}, in [{low:g}, {high:g}]"
+        lines += [f"{param.name} : {kind}, default {param.default!r}", f"    {param.doc}"]
+    if spec["presets"]:
+        lines += [
+            "",
+            "Presets: "
+            + "; ".join(
+                f"{name} ({', '.join(f'{key}={value}' for key, value in values.items())})"
+                for name, values in spec["presets"].items()
+            ),
+        ]
+    if outputs:
+        lines += ["", "Outputs: " + "; ".join(f"{name}: {doc}" for name, doc in outputs.items())]
+    law = spec["equivariance"]
+    lines += [
+        "",
+        f"Under a rotation of the sensor frame the estimate's law is: {law}.",
+        "",
+        "Further keywords: `ahrs_rs.Filter`.",
+    ]
+    return "\n".join(lines)
+
+
+class _Absent:
+    """What an offline filter does not have: looking for it is an ``AttributeError`` that says why."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Filter | None, owner: type[Filter]) -> Any:
+        raise AttributeError(f"{owner.NAME} is offline and has no {self.name}: it takes whole recordings by run")
+
+
+def _param_property(param: Param) -> property:
+    """The value of a parameter as an attribute."""
+
+    def value(self: Filter) -> float | str | bool:
+        return self.params[param.name]
+
+    return property(value, doc=param.doc)
