@@ -1,9 +1,10 @@
 //! The complementary filter on roll and pitch.
 
 use super::Integration;
+use super::adaptive::trust;
 use super::trigonometric::{accelerometer_angles, integrated};
-use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Preset, Sample};
-use crate::scalar::Scalar;
+use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, Preset, Sample};
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Euler, Quat, rotate_by};
 use crate::trig::wrap;
 
@@ -25,14 +26,18 @@ pub const SPEC: FilterSpec = FilterSpec {
 params! {
     /// Time constant τ of the correction: the gyroscope's weight in a step is α = τ/(τ + dt).
     real tau: "s" = 1.6616666666666666 in [1e-9, 1e6];
+    /// Deviation of the specific force's norm from gravity above which the accelerometer's weight falls, linearly to none at
+    /// twice as much (Valenti et al. 2015; the adaptive gain that Parikh et al. 2021 propose); 0: never.
+    real acc_threshold: "m/s²" = 0.0 in [0.0, 1e6];
     choice integration: Integration;
 }
 
 /// The complementary filter on roll and pitch.
 #[derive(Clone, Debug)]
-pub struct Complementary<S> {
+pub struct Complementary<S: Scalar> {
     params: Params<S>,
     q: Quat<S>,
+    acc_rejected: S::Mask,
 }
 
 impl<S: Scalar> Filter<S> for Complementary<S> {
@@ -40,7 +45,7 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        Complementary { params: params.clone(), q: Quat::identity() }
+        Complementary { params: params.clone(), q: Quat::identity(), acc_rejected: S::Mask::splat(false) }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
@@ -57,7 +62,9 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
             Integration::FirstOrder => integrated(Euler::from_quat(self.q), sample.gyr, dt),
         };
         // θ = α (θ + ω dt) + (1 − α) θ_acc, with the difference of the angles wrapped
-        let weight = dt / (self.params.tau + dt); // 1 − α
+        let share = trust(sample, self.params.acc_threshold);
+        self.acc_rejected = share.le(S::zero());
+        let weight = dt / (self.params.tau + dt) * share; // 1 − α
         let (measured, _) = accelerometer_angles(sample.acc.unit, predicted);
         let corrected = Euler {
             roll: predicted.roll + weight * wrap(measured.roll - predicted.roll),
@@ -65,6 +72,10 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
             yaw: predicted.yaw,
         };
         self.q = Euler::select(sample.acc.valid, corrected, predicted).to_quat();
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.acc_rejected;
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.q.each(visit);

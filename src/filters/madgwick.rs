@@ -1,8 +1,9 @@
 //! Madgwick's gradient-descent filter.
 
 use super::Integration;
+use super::adaptive::trust;
 use super::vector::{DirectionError, direction_error};
-use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Frame, Quat, Vec3, first_order_step};
 
@@ -44,6 +45,9 @@ params! {
     real beta: "rad/s" = 0.041 in [0.0, 1e6];
     /// Gain ζ with which the direction of the descent changes the estimate of the gyroscope's bias (0: no estimate).
     real zeta: "rad/s²" = 0.0 in [0.0, 1e6];
+    /// Deviation of the specific force's norm from gravity above which the accelerometer's part of the gradient falls, linearly to none at
+    /// twice as much (Valenti et al. 2015; the adaptive gain that Parikh et al. 2021 propose); 0: never.
+    real acc_threshold: "m/s²" = 0.0 in [0.0, 1e6];
     choice gradient: Gradient;
     choice integration: Integration;
 }
@@ -53,11 +57,12 @@ const LARGE_TURN: f64 = 0.1;
 
 /// Madgwick's gradient-descent filter.
 #[derive(Clone, Debug)]
-pub struct Madgwick<S> {
+pub struct Madgwick<S: Scalar> {
     params: Params<S>,
     q: Quat<S>,
     bias: Vec3<S>,
     descent: Descent<S>,
+    acc_rejected: S::Mask,
 }
 
 impl<S: Scalar> Filter<S> for Madgwick<S> {
@@ -70,6 +75,7 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
             q: Quat::identity(),
             bias: Vec3::zero(),
             descent: Descent { along_q: S::zero(), error: Vec3::zero(), norm2: S::zero() },
+            acc_rejected: S::Mask::splat(false),
         }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -82,9 +88,11 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
+        let share = trust(sample, self.params.acc_threshold);
+        self.acc_rejected = share.le(S::zero());
         let descent = match self.params.gradient {
-            Gradient::Tangent => tangent_descent(self.q, sample),
-            Gradient::Paper => paper_descent(self.q, sample),
+            Gradient::Tangent => tangent_descent(self.q, sample, share),
+            Gradient::Paper => paper_descent(self.q, sample, share),
         };
         self.descent = descent;
         // After a gap one sample's gradient stands for the whole of it: it may reach the minimum, not pass it.
@@ -118,6 +126,10 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     fn bias_stays_zero(&self) -> bool {
         self.params.zeta.le(S::zero()).all()
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.acc_rejected;
+    }
     fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
         (self.descent.error * self.descent.over_norm(S::of(-2.0))).each(&mut |value| put(*value));
     }
@@ -134,7 +146,9 @@ struct Descent<S> {
     along_q: S,
     /// e: the part along rotations.
     error: Vec3<S>,
-    /// ¼ ‖∇f‖², in rad² the squared angle to the minimum where that is near.
+    /// ¼ ‖∇f‖², in rad² the squared angle to the minimum where that is near. Where less than the whole of the
+    /// accelerometer's part counts, that of the whole gradient if it is larger: the step gets shorter, not only another
+    /// direction.
     norm2: S,
 }
 
@@ -154,24 +168,29 @@ impl<S: Scalar> Descent<S> {
 /// The gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a small
 /// rotation of the sensor.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
-    let DirectionError { sensor, norm2 } = direction_error(q.matrix(), sample);
+fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S) -> Descent<S> {
+    let DirectionError { sensor, norm2 } = direction_error(q.matrix(), sample, share);
     Descent { along_q: S::zero(), error: sensor, norm2 }
 }
 
 /// The published gradient.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>) -> Descent<S> {
+fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S) -> Descent<S> {
     // With north on x, as the published Jacobians have it.
     let q = Frame::Nwu.from_enu::<S>() * q;
     let zero = Quat::of([0.0; 4]);
-    let mut gradient = Quat::select(sample.acc.valid, gravity_gradient(q, sample.acc.unit), zero);
+    let mut whole = Quat::select(sample.acc.valid, gravity_gradient(q, sample.acc.unit), zero);
+    let counts_whole = S::one().le(share).all();
+    let mut gradient = if counts_whole { whole } else { whole.scale(share) };
     if sample.mag.valid.any() {
-        let both = gradient.plus(field_gradient(q, sample.mag.unit));
-        gradient = Quat::select(sample.mag.valid, both, gradient);
+        let field = Quat::select(sample.mag.valid, field_gradient(q, sample.mag.unit), zero);
+        whole = whole.plus(field);
+        gradient = gradient.plus(field);
     }
+    let norm2 = gradient.dot(gradient);
+    let norm2 = if counts_whole { norm2 } else { norm2.max(whole.dot(whole)) };
     let halved = (q.conj() * gradient).scale(S::of(-0.5));
-    Descent { along_q: halved.w, error: halved.vector(), norm2: S::of(0.25) * gradient.dot(gradient) }
+    Descent { along_q: halved.w, error: halved.vector(), norm2: S::of(0.25) * norm2 }
 }
 
 /// Jᵀf of gravity (Çoçoli eqs 14-16), a the unit specific force.

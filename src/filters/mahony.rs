@@ -1,8 +1,9 @@
 //! Mahony's nonlinear complementary filter.
 
 use super::Integration;
+use super::adaptive::trust;
 use super::vector::direction_error;
-use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 
@@ -38,16 +39,20 @@ params! {
     real kp: "rad/s" = 1.0 in [0.0, 1e6];
     /// Integral gain ki of the direction error, which estimates the gyroscope's bias.
     real ki: "rad/s²" = 0.3 in [0.0, 1e6];
+    /// Deviation of the specific force's norm from gravity above which the accelerometer's share of the error falls, linearly to none at
+    /// twice as much (Valenti et al. 2015; the adaptive gain that Parikh et al. 2021 propose); 0: never.
+    real acc_threshold: "m/s²" = 0.0 in [0.0, 1e6];
     choice integration: Integration;
 }
 
 /// Mahony's nonlinear complementary filter.
 #[derive(Clone, Debug)]
-pub struct Mahony<S> {
+pub struct Mahony<S: Scalar> {
     params: Params<S>,
     q: Quat<S>,
     bias: Vec3<S>,
     error: Vec3<S>,
+    acc_rejected: S::Mask,
 }
 
 impl<S: Scalar> Filter<S> for Mahony<S> {
@@ -55,7 +60,13 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     const SPEC: &'static FilterSpec = &SPEC;
 
     fn new(params: &Params<S>) -> Self {
-        Mahony { params: params.clone(), q: Quat::identity(), bias: Vec3::zero(), error: Vec3::zero() }
+        Mahony {
+            params: params.clone(),
+            q: Quat::identity(),
+            bias: Vec3::zero(),
+            error: Vec3::zero(),
+            acc_rejected: S::Mask::splat(false),
+        }
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn attitude(&self) -> Quat<S> {
@@ -68,7 +79,9 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // Ludwig Alg. 1, lines 1-3; Çoçoli eq. 9 with the accelerometer normalised
-        self.error = direction_error(self.q.matrix(), sample).sensor;
+        let share = trust(sample, self.params.acc_threshold);
+        self.acc_rejected = share.le(S::zero());
+        self.error = direction_error(self.q.matrix(), sample, share).sensor;
         // After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
         let mut kp = self.params.kp;
         let mut feedback = dt;
@@ -90,6 +103,10 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     }
     fn bias_stays_zero(&self) -> bool {
         self.params.ki.le(S::zero()).all()
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.acc_rejected;
     }
     fn output(&self, _index: usize, put: &mut impl FnMut(S)) {
         self.error.clone().each(&mut |value| put(*value));

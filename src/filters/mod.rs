@@ -1,5 +1,6 @@
 //! The filters, one file each, and the registry from which everything that treats all filters is made.
 
+mod adaptive;
 mod error_state;
 mod field;
 mod integration;

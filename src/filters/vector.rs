@@ -9,29 +9,37 @@ use crate::so3::{Matrix3, Vec3};
 pub struct DirectionError<S> {
     /// Seen from the sensor.
     pub sensor: Vec3<S>,
-    /// Its squared norm.
+    /// Its squared norm, or that of the error with the whole of the accelerometer's part, if that is larger.
     pub norm2: S,
 }
 
-/// The error between the measured directions and those that the attitude `r` predicts: up for the specific force, and
-/// the earth's field with the inclination that is measured now and the heading of the estimate, its horizontal part on
-/// north, here the y axis.
+/// The error between the measured directions and those that the attitude `r` predicts: up for the specific force, of which a
+/// `share` counts, and the earth's field with the inclination that is measured now and the heading of the estimate, its
+/// horizontal part on north, here the y axis.
 ///
 /// It is computed in the earth frame, where the predicted directions (0, 0, 1) and (0, n, h_z) make most products
 /// vanish, and where its norm is known while it is still on its way to the sensor frame.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>) -> DirectionError<S> {
+pub fn direction_error<S: Scalar>(r: Matrix3<S>, sample: &Sample<S>, share: S) -> DirectionError<S> {
     // A choice is made only where lanes differ: for one recording it is a branch that is nearly always the same.
     let a = sample.acc.unit;
-    let mut earth = Vec3::new(r.y.dot(a), -r.x.dot(a), S::zero());
+    let mut whole = Vec3::new(r.y.dot(a), -r.x.dot(a), S::zero());
     if !sample.acc.valid.all() {
-        earth = Vec3::select(sample.acc.valid, earth, Vec3::zero());
+        whole = Vec3::select(sample.acc.valid, whole, Vec3::zero());
     }
+    let counts_whole = S::one().le(share).all();
+    let mut earth = if counts_whole { whole } else { whole * share };
     if sample.mag.valid.any() {
         let h = r.apply(sample.mag.unit);
         let north = (h.x * h.x + h.y * h.y).sqrt();
-        let both = Vec3::new(earth.x + h.z * (h.y - north), earth.y - h.x * h.z, h.x * north);
-        earth = if sample.mag.valid.all() { both } else { Vec3::select(sample.mag.valid, both, earth) };
+        let field = Vec3::new(h.z * (h.y - north), -(h.x * h.z), h.x * north);
+        let field = if sample.mag.valid.all() { field } else { Vec3::select(sample.mag.valid, field, Vec3::zero()) };
+        whole = whole + field;
+        earth = earth + field;
     }
-    DirectionError { sensor: r.transpose_apply(earth), norm2: earth.norm2() }
+    let norm2 = earth.norm2();
+    DirectionError {
+        sensor: r.transpose_apply(earth),
+        norm2: if counts_whole { norm2 } else { norm2.max(whole.norm2()) },
+    }
 }

@@ -1,5 +1,6 @@
 """Complementary filter of the Euler angles: Parikh, Vohra & Kaveshgar 2021, section II-A."""
 
+from .adaptive import acc_share
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
 from .trigonometric import acc_angles, euler_rate_step
@@ -11,10 +12,13 @@ class Complementary:
     α = τ/(τ + dt). The published α = 0.997 at 200 Hz is τ = 0.997/0.003/200 s.
     """
 
-    def __init__(self, *, tau: float = 0.997 / 0.003 / 200, integration: str = "exponential") -> None:
+    def __init__(
+        self, *, tau: float = 0.997 / 0.003 / 200, acc_threshold: float = 0.0, integration: str = "exponential"
+    ) -> None:
         if integration not in INTEGRATIONS:
             raise ValueError(f"integration: expected one of {INTEGRATIONS}, got {integration!r}")
         self.tau = tau
+        self.acc_threshold = acc_threshold
         self.integration = integration
         self.q = IDENTITY
 
@@ -30,9 +34,10 @@ class Complementary:
             roll, pitch, yaw = euler_rate_step(to_euler(self.q), gyr, dt)
         if acc is not None:
             alpha = self.tau / (self.tau + dt)
+            weight = (1 - alpha) * acc_share(acc, self.acc_threshold)
             acc_roll, acc_pitch = acc_angles(acc)
             # α angle + (1 - α) angle_acc, the difference of the two taken the short way round
             if acc_roll is not None:
-                roll += (1 - alpha) * wrap(acc_roll - roll)
-            pitch += (1 - alpha) * wrap(acc_pitch - pitch)
+                roll += weight * wrap(acc_roll - roll)
+            pitch += weight * wrap(acc_pitch - pitch)
         self.q = normalize(from_euler(roll, pitch, yaw))

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .adaptive import acc_share
 from .driver import FRAMES
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, conjugate, multiply, normalize, rotate, unit
@@ -96,6 +97,7 @@ class Madgwick:
         *,
         beta: float = 0.041,
         zeta: float = 0.0,
+        acc_threshold: float = 0.0,
         gradient: str = "tangent",
         integration: str = "exponential",
     ) -> None:
@@ -105,6 +107,7 @@ class Madgwick:
             raise ValueError(f"integration: expected one of {INTEGRATIONS}, got {integration!r}")
         self.beta = beta
         self.zeta = zeta
+        self.acc_threshold = acc_threshold
         self.gradient = gradient
         self.integration = integration
         self.q = IDENTITY
@@ -151,11 +154,13 @@ class Madgwick:
     def _direction(self, acc: Vec3 | None, mag: Vec3 | None) -> tuple[Quat, float]:
         """Unit gradient in the internal ENU, or zero where there is none to follow; and the gradient's length."""
         north_on_x = multiply(FRAMES["NWU"], self.q)
-        g = raw_gradient(north_on_x, acc, mag)
+        whole = raw_gradient(north_on_x, acc, mag)
+        # Of the accelerometer's part only a share counts, and the step gets shorter by what is left out.
+        g = whole - (1.0 - acc_share(acc, self.acc_threshold)) * raw_gradient(north_on_x, acc, None)
         if self.gradient == "tangent":
             along = np.array(north_on_x)
-            g = g - (g @ along) * along
-        length = float(np.linalg.norm(g))
+            g, whole = (v - (v @ along) * along for v in (g, whole))
+        length = float(max(np.linalg.norm(g), np.linalg.norm(whole)))
         if length < SMALLEST_GRADIENT:
             return (0.0, 0.0, 0.0, 0.0), length
         w, x, y, z = (g / length).tolist()

@@ -2,6 +2,7 @@
 
 import math
 
+from .adaptive import acc_share
 from .gyro_integration import gyro_step
 from .so3 import IDENTITY, Z_AXIS, Quat, Vec3, cross, normalize, rotate, rotate_inverse, unit
 
@@ -9,9 +10,12 @@ from .so3 import IDENTITY, Z_AXIS, Quat, Vec3, cross, normalize, rotate, rotate_
 class Mahony:
     """Proportional-integral feedback of the angle between measured and expected directions."""
 
-    def __init__(self, *, kp: float = 1.0, ki: float = 0.3, integration: str = "exponential") -> None:
+    def __init__(
+        self, *, kp: float = 1.0, ki: float = 0.3, acc_threshold: float = 0.0, integration: str = "exponential"
+    ) -> None:
         self.kp = kp
         self.ki = ki
+        self.acc_threshold = acc_threshold
         self.integration = integration
         self.q = IDENTITY
         self.bias: Vec3 = (0.0, 0.0, 0.0)
@@ -26,7 +30,8 @@ class Mahony:
         error = (0.0, 0.0, 0.0)
         if acc is not None:
             expected_up = rotate_inverse(q, Z_AXIS)  # line 1: q⁻¹ ⊗ E_a ⊗ q
-            error = add(error, cross(unit(acc), expected_up))  # line 3, first term
+            share = acc_share(acc, self.acc_threshold)
+            error = add(error, scale(share, cross(unit(acc), expected_up)))  # line 3, first term
         if mag is not None:
             # E_m: the measured field in the earth frame, turned about z to north, which is y (as in Alg 2)
             hx, hy, hz = rotate(q, unit(mag))
