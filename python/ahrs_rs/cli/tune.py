@@ -75,7 +75,7 @@ def add_parser(commands: Commands) -> None:
     for name, default, text in numbers:
         parser.add_argument(f"--{name}", type=_count, default=default, metavar="N", help=f"{text} (default: {default})")
     parser.add_argument(
-        "--seed", type=_seed, default=0, metavar="N", help="of the search and the files kept (default: 0)"
+        "--seed", type=whole_number, default=0, metavar="N", help="of the search and the files kept (default: 0)"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write what was found (json)")
     parser.add_argument(
@@ -197,13 +197,14 @@ def _part(text: str) -> float:
 
 
 def _count(text: str) -> int:
-    count = _seed(text)
+    count = whole_number(text)
     if count < 1:
         raise argparse.ArgumentTypeError(f"expected a positive whole number, got {text!r}")
     return count
 
 
-def _seed(text: str) -> int:
+def whole_number(text: str) -> int:
+    """A whole number that is not negative, for argparse."""
     try:
         seed = int(text)
     except ValueError:
