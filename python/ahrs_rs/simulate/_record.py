@@ -344,7 +344,7 @@ def _times(sensitivity: Any, force: FloatArray) -> FloatArray | None:
 
 
 def _unwrap(quat: FloatArray, *, first: bool) -> None:
-    """Give the quaternions (T, 4) the signs with which they are continuous; w of the second is not negative at first."""
+    """Give quaternions (T, 4) the signs with which they are continuous, at first with w ≥ 0 in the second."""
     turned = (quat[1:] * quat[:-1]).sum(axis=1) < 0.0
     if turned.any():
         quat[1:] *= np.cumprod(np.where(turned, -1.0, 1.0))[:, None]
@@ -354,9 +354,8 @@ def _unwrap(quat: FloatArray, *, first: bool) -> None:
 
 def _shown(disturbance: Disturbance) -> dict[str, Any]:
     """Kind and parameters of a disturbance; JSON has no infinity, which is told as None."""
-    values = (
-        {one.name: getattr(disturbance, one.name) for one in fields(disturbance)} if is_dataclass(disturbance) else {}
-    )
+    names = [one.name for one in fields(disturbance)] if is_dataclass(disturbance) else []
+    values = {name: getattr(disturbance, name) for name in names}
     return {"kind": type(disturbance).__name__} | {name: None if v == math.inf else v for name, v in values.items()}
 
 

@@ -1,6 +1,6 @@
 """Smooth functions of time with exact derivatives: what motions are made of.
 
-A function has `derivative(t, order)`: the values at the times t (T,) as (T, columns), order 0 being the function itself.
+A function has `derivative(t, order)`: the values at the times t (T,) as (T, columns). Order 0 is the function itself.
 """
 
 from __future__ import annotations
@@ -171,7 +171,8 @@ def moves(
         raise ValueError(f"ramp: expected a number above 0 and at most 0.5, got {ramp}")
     rise = _ramp(smoothness).integ()
     value = np.array(start, dtype=np.float64)
-    breaks, pieces = [begin], []
+    breaks: list[float] = [begin]
+    pieces: list[FloatArray] = []
     for duration, end in steps:
         if not (math.isfinite(duration) and duration > 0.0):
             raise ValueError(f"steps: expected positive durations, got {duration}")
@@ -185,9 +186,9 @@ def moves(
         for lasting, part in parts if np.any(way != 0.0) else [(duration, Power([0.0]))]:
             if lasting > 1e-12 * duration:
                 breaks.append(breaks[-1] + lasting)
-                pieces.append(
-                    part.coef[:, None] * speed + np.where(np.arange(len(part.coef)) == 0, 1.0, 0.0)[:, None] * value
-                )
+                piece = np.outer(part.coef, speed)
+                piece[0] += value
+                pieces.append(piece)
         value = value + way
     degree = max(map(len, pieces))
     padded = [np.concatenate((piece, np.zeros((degree - len(piece), len(value))))) for piece in pieces]
@@ -200,10 +201,8 @@ def bumps(start: float, width: float, period: float, height: ArrayLike) -> Piece
     Its third derivative is continuous. All times in s; height (columns,).
     """
     u = Power([0.0, 1.0 / width])
-    shape = ((4.0 * u * (1.0 - u)) ** 4).coef
-    amount = np.asarray(height, dtype=np.float64)
-    coefficients = np.zeros((len(shape), 2, len(amount)))
-    coefficients[:, 0] = shape[:, None] * amount
+    shape = np.outer(((4.0 * u * (1.0 - u)) ** 4).coef, np.asarray(height, dtype=np.float64))
+    coefficients = np.stack((shape, np.zeros_like(shape)), axis=1)
     return Piecewise(np.array([start, start + width, start + period]), coefficients, periodic=True)
 
 
@@ -223,7 +222,7 @@ def spline(points: ArrayLike, interval: float, begin: float = 0.0) -> Piecewise:
     a, b, c, d = control[:-3], control[1:-2], control[2:-1], control[3:]
     powers = ((a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a + c) - b, (d - a) / 6.0 + 0.5 * (b - c))
     coefficients = np.stack([power / interval**i for i, power in enumerate(powers)])
-    return Piecewise(begin + interval * np.arange(len(through)), coefficients)
+    return Piecewise(begin + interval * np.arange(float(len(through))), coefficients)
 
 
 def _ramp(smoothness: int) -> Power:

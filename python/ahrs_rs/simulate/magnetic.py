@@ -27,7 +27,7 @@ class Disturbance(Protocol):
         ...
 
     def field(self, t: FloatArray, position: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T, 3) µT at the times t (T,) and the sensor's positions (T, 3) in m; called for one block after the other."""
+        """(T, 3) µT at the times t (T,) and positions (T, 3) in m; called for one block of rows after the other."""
         ...
 
 
@@ -104,8 +104,7 @@ class Switched:
         phase = since - cycle * self.period
         on = self.duty * self.period
         if self.rise <= 0.0:
-            level = (phase < on) & (t < self.end)
-            return np.where(t >= self.start, level, False).astype(np.float64)
+            return ((phase < on) & (t >= self.start) & (t < self.end)).astype(np.float64)
         # Charging and discharging by 1 - e^(-x); the level at the start of a cycle is a geometric sum.
         gain, keep = -math.expm1(-on / self.rise), math.exp(-self.period / self.rise)
         rest = math.exp(-(self.period - on) / self.rise)

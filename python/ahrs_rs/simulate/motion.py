@@ -62,6 +62,7 @@ class _Carried:
 
 
 NOWHERE = constant(np.zeros(3))
+EASTWARD = constant(np.zeros(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +141,7 @@ class ThrustMotion(_Carried):
     """
 
     path: Function
-    heading: Function = constant([0.0])
+    heading: Function = EASTWARD
 
     def orientation(self, t: FloatArray) -> FloatArray:
         """(T, 4), continuous in sign."""
@@ -166,7 +167,7 @@ class ThrustMotion(_Carried):
 
     def _axis(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The direction of the specific force (T, 3) in ENU, and its norm (T, 1)."""
-        force = self.path.derivative(t, 2) + [0.0, 0.0, GRAVITY]
+        force = self.path.derivative(t, 2) + np.array([0.0, 0.0, GRAVITY])
         norm = np.linalg.norm(force, axis=1, keepdims=True)
         return force / norm, norm
 

@@ -59,8 +59,9 @@ MPU9250 = Sensor(
     ),
 )
 
-#: InvenSense MPU-6050 (PS-MPU-6000A-00 rev. 3.4, tables 6.1 and 6.2), as Parikh et al. (±500 °/s, ±8 g) and Çoçoli & Badia
-#: used it: 0.005 °/s/√Hz, 400 µg/√Hz, bias up to 20 °/s and 50 mg (80 mg on z), scale 3 %, cross-axis 2 %. No magnetometer.
+#: InvenSense MPU-6050 (PS-MPU-6000A-00 rev. 3.4, tables 6.1 and 6.2), as Parikh et al. (±500 °/s, ±8 g) and Çoçoli &
+#: Badia used it: 0.005 °/s/√Hz, 400 µg/√Hz, bias up to 20 °/s and 50 mg (80 mg on z), scale 3 %, cross-axis 2 %. No
+#: magnetometer.
 MPU6050 = Sensor(
     gyr=Triad(
         density=0.005 * DEGREE,
@@ -83,11 +84,11 @@ MPU6050 = Sensor(
     mag=None,
 )
 
-#: The STM32F3Discovery of Cirillo et al. (ST L3GD20 and LSM303DLHC at ±2000 °/s, ±2 g, ±1.3 gauss; magnetometer at 220 Hz).
-#: Noise: the variances of their matrix V, measured at 500 Hz, times g² and (50 µT)², whatever the rate is; they are in
-#: keeping with the data sheets' 0.03 °/s/√Hz and 220 µg/√Hz. Steps: 70 m°/s, 1 mg, 1/1100 gauss. Accelerometer and
-#: magnetometer scatter in norm by 5.2 % and 17.9 % before calibration: a bias of 9 and 31 % in a random direction. Of the
-#: gyroscope's bias nothing is said; 0.1 °/s is what subtracting a mean at rest leaves.
+#: The STM32F3Discovery of Cirillo et al. (ST L3GD20 and LSM303DLHC at ±2000 °/s, ±2 g, ±1.3 gauss; magnetometer at 220
+#: Hz). Noise: the variances of their matrix V, measured at 500 Hz, times g² and (50 µT)², whatever the rate is; they
+#: are in keeping with the data sheets' 0.03 °/s/√Hz and 220 µg/√Hz. Steps: 70 m°/s, 1 mg, 1/1100 gauss. Accelerometer
+#: and magnetometer scatter in norm by 5.2 % and 17.9 % before calibration: a bias of 9 and 31 % in a random direction.
+#: Of the gyroscope's bias nothing is said; 0.1 °/s is what subtracting a mean at rest leaves.
 STM32F3DISCOVERY = Sensor(
     gyr=Triad(
         noise=(math.sqrt(2.9e-5), math.sqrt(2.3e-5), math.sqrt(3.2e-5)),
@@ -112,9 +113,10 @@ STM32F3DISCOVERY = Sensor(
     ),
 )
 
-#: SparkFun 6DOF Digital of Hyyti & Visala: Analog Devices ADXL345 (3.9 mg a step; 0.75, 0.75 and 1.1 steps rms at 100 Hz) and
-#: InvenSense ITG-3200 (0.03 °/s/√Hz, 14.375 steps a °/s, ±2000 °/s). Gain and bias as functions of temperature:
-#: their eqs 16-17 with Table 4, whose model is linear in the temperature in °C; the gyroscope's biases there are in °/s.
+#: SparkFun 6DOF Digital of Hyyti & Visala: Analog Devices ADXL345 (3.9 mg a step; 0.75, 0.75 and 1.1 steps rms at 100
+#: Hz) and InvenSense ITG-3200 (0.03 °/s/√Hz, 14.375 steps a °/s, ±2000 °/s). Gain and bias as functions of temperature:
+#: their eqs 16-17 with Table 4, whose model is linear in the temperature in °C; the gyroscope's biases there are in
+#: °/s.
 SPARKFUN_6DOF = Sensor(
     gyr=Triad(
         density=0.03 * DEGREE,
@@ -142,8 +144,8 @@ SPARKFUN_6DOF = Sensor(
     temperature=Temperature(start=25.0, end=25.0, resolution=1.0 / 280.0),
 )
 
-#: MicroStrain Inertia-Link of Hyyti & Visala (±300 °/s, ±5 g, 16 bits). The paper gives no noise, but says that it is less noisy
-#: than the SparkFun: half of that is taken, and for biases the 0.2 °/s and 5 mg of its maker's stability.
+#: MicroStrain Inertia-Link of Hyyti & Visala (±300 °/s, ±5 g, 16 bits). The paper gives no noise, but says that it is
+#: less noisy than the SparkFun: half of that is taken, and for biases the 0.2 °/s and 5 mg of its maker's stability.
 INERTIA_LINK = Sensor(
     gyr=Triad(
         density=0.015 * DEGREE,
@@ -162,7 +164,8 @@ INERTIA_LINK = Sensor(
     mag=None,
 )
 
-#: Everything at once, to try what a filter stands: jitter, lost rows, missing rows, a late and slow magnetometer, warming up.
+#: Everything at once, to try what a filter stands: jitter, lost rows, missing rows, a late and slow magnetometer,
+#: warming up.
 ROUGH = Sensor(
     gyr=Triad(
         density=0.03 * DEGREE,

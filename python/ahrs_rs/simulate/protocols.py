@@ -73,10 +73,11 @@ def robot_arm(
 ) -> Plan:
     """Cirillo et al. 2014: a robot turns the sensor about one axis at a time, then about all three together.
 
-    After 6 s of rest, roll, pitch and yaw go to `angle`, to -`angle` and back with the mean speed `speed` (18 °/s: 40 s in
-    all; 45 °/s: 22 s, as in their figures), with rests of 1 s; then all together. The sensor stands `lever` above the
-    axes. With `gripper` (µT) above zero the gripper is opened and closed every second all the time, and disturbs the
-    magnetometer by a field of this size and noise of a third of it. Phases: static, dynamic, roll, pitch, yaw, combined.
+    After 6 s of rest, roll, pitch and yaw go to `angle`, to -`angle` and back with the mean speed `speed` (18 °/s: 40 s
+    in all; 45 °/s: 22 s, as in their figures), with rests of 1 s; then all together. The sensor stands `lever` above
+    the axes. With `gripper` (µT) above zero the gripper is opened and closed every second all the time, and disturbs
+    the magnetometer by a field of this size and noise of a third of it. Phases: static, dynamic, roll, pitch, yaw,
+    combined.
     """
     quarter = angle / speed
     steps: list[tuple[float, FloatArray]] = [(6.0, np.zeros(3))]
@@ -112,11 +113,12 @@ def back_and_forth(
     stroke: float = 0.5,
     strokes: float = 6,
 ) -> Plan:
-    """Parikh et al. 2021, cases 1 and 2: the sensor is moved back and forth along each axis of the earth, level or banked.
+    """Parikh et al. 2021, cases 1 and 2: the sensor is moved back and forth along each axis of the earth, level or
+    banked.
 
-    After 5 s of rest: `strokes` strokes of `stroke` s each along x, y and z, with a largest acceleration of `acceleration`
-    m/s². With `bank` (15° in the paper) the sensor rolls to this angle first, does them, comes back, then pitches to it
-    and does them again. Distances and times are ours. Phases: static, accelerating.
+    After 5 s of rest: `strokes` strokes of `stroke` s each along x, y and z, with a largest acceleration of
+    `acceleration` m/s². With `bank` (15° in the paper) the sensor rolls to this angle first, does them, comes back,
+    then pitches to it and does them again. Distances and times are ours. Phases: static, accelerating.
     """
     distance = acceleration * stroke**2 / 7.5  # the rise of the speed is steepest at its middle: 1.875 of the mean
     angle_steps: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3))]
@@ -161,8 +163,9 @@ def vibration(
 ) -> Plan:
     """Parikh et al. 2021, case 3: a steady sensor under heavy vibration of four rotors.
 
-    `rotor_speed` is in rad/s (900: 8600 rpm), `acc` (m/s²) and `gyr` (rad/s) are the root mean squares of the vibration on each
-    axis. The numbers are ours: the paper gives none. The vibration is above half the sampling rate and so folds down.
+    `rotor_speed` is in rad/s (900: 8600 rpm), `acc` (m/s²) and `gyr` (rad/s) are the root mean squares of the vibration
+    on each axis. The numbers are ours: the paper gives none. The vibration is above half the sampling rate and so folds
+    down.
     """
     base = still(roll, pitch)
     return Plan(motion=Compound(base, rotors(stream(seed, Part.MOTION), rotor_speed, acc, gyr)), duration=30.0)
@@ -180,10 +183,11 @@ def quadrotor(
 ) -> Plan:
     """Ludwig & Burnham 2018: a quadrotor flies around a rectangle of 5 × 4 m in a room; 6401 samples at 100 Hz.
 
-    It takes off, flies the sides with the mean speed `speed`, turns by 90° at every corner and lands, so the heading passes
-    ±180°. The attitude follows from the acceleration: the thrust is along its z axis. `acc` (m/s²) and `gyr` (rad/s) are the root
-    mean squares of the rotors' vibration, `iron` (µT) the disturbance of the field by iron in the floor, at the floor. The
-    paper gives the shape, the number of samples and that the field was disturbed; the rest is ours. Phases: flight.
+    It takes off, flies the sides with the mean speed `speed`, turns by 90° at every corner and lands, so the heading
+    passes ±180°. The attitude follows from the acceleration: the thrust is along its z axis. `acc` (m/s²) and `gyr`
+    (rad/s) are the root mean squares of the rotors' vibration, `iron` (µT) the disturbance of the field by iron in the
+    floor, at the floor. The paper gives the shape, the number of samples and that the field was disturbed; the rest is
+    ours. Phases: flight.
     """
     corners = np.array([[5.0, 0.0], [5.0, 4.0], [0.0, 4.0], [0.0, 0.0]])
     height = 1.5
@@ -218,8 +222,9 @@ def moving_hand(
 ) -> Plan:
     """Çoçoli & Badia 2023, in movement: moved by hand within less than 90°, 2000 samples at 160 Hz.
 
-    The mean `roll` and `pitch` are those of their figures; about them it swings by some `swing`, and it is moved with some
-    `acceleration` (m/s²). 160 Hz is one over the sum of their four processing times, 6.2 ms. The field is not measured.
+    The mean `roll` and `pitch` are those of their figures; about them it swings by some `swing`, and it is moved with
+    some `acceleration` (m/s²). 160 Hz is one over the sum of their four processing times, 6.2 ms. The field is not
+    measured.
     """
     draw = stream(seed, Part.MOTION)
     frequency = 2.0 * math.pi * draw.uniform(0.2, 1.5, (6, 3))
@@ -249,10 +254,12 @@ ROTATION_PATH = np.array(
 
 @registered(rate=150.0, sensor="inertialink", remaining=0.02)
 def rotation_test(seed: int, duration: float | None, *, interval: float = 0.8, rest: float = 5.0) -> Plan:
-    """Hyyti & Visala 2015, rotation test: a path in 6D driven four times, each time at half the speed of the time before.
+    """Hyyti & Visala 2015, rotation test: a path in 6D driven four times, each time at half the speed of the time
+    before.
 
-    The path goes through ten poses, one every `interval` s at full speed, with rests of `rest` s between the runs. The path is
-    ours; four runs, halved speeds and 150 Hz are theirs. For the bias test give `gyr_bias`. Phases: static, run_1 to run_4.
+    The path goes through ten poses, one every `interval` s at full speed, with rests of `rest` s between the runs. The
+    path is ours; four runs, halved speeds and 150 Hz are theirs. For the bias test give `gyr_bias`. Phases: static,
+    run_1 to run_4.
     """
     count = len(ROTATION_PATH) - 1
     path = SplineMotion.through(
@@ -283,8 +290,8 @@ def acceleration_test(
 ) -> Plan:
     """Hyyti & Visala 2015, acceleration test: back and forth along x, y and z, each four times, at halved speeds.
 
-    The largest `speed` (m/s) and the `distance` are ours, the order is theirs. `wobble` is the amplitude of what little it
-    rotates. For the bias test give `gyr_bias`. Phases: static, x, y, z.
+    The largest `speed` (m/s) and the `distance` are ours, the order is theirs. `wobble` is the amplitude of what little
+    it rotates. For the bias test give `gyr_bias`. Phases: static, x, y, z.
     """
     steps: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3))]
     phases = {"static": ((0.0, 5.0),)}
@@ -308,7 +315,8 @@ def acceleration_test(
 def warm_up(
     seed: int, duration: float | None, *, start: float = 15.0, end: float = 35.0, time_constant: float = 600.0
 ) -> Plan:
-    """Hyyti & Visala 2015, section 4.4: a cooled sensor lies still for 40 minutes and warms up from `start` to `end` °C.
+    """Hyyti & Visala 2015, section 4.4: a cooled sensor lies still for 40 minutes and warms up from `start` to `end`
+    °C.
 
     The time constant (s) is ours.
     """
@@ -331,10 +339,10 @@ def walking(
 ) -> Plan:
     """A person walks: a periodic gait, the sensor on the pelvis or on a foot.
 
-    On the pelvis: around a circle of `radius`, with the vertical bounce twice a stride, sway and turns once, and a heel strike
-    with a peak of `heel` m/s² at every step. On the foot: straight on, at rest in every stance. `speed` is in m/s, `cadence`
-    in steps/s. `iron` (A·m²) is the moment of a magnet on the floor that the way passes, `floor` (µT) the field of iron in the
-    floor. Amplitudes are typical of healthy adults. Phases: static (the first 4 s), walking.
+    On the pelvis: around a circle of `radius`, with the vertical bounce twice a stride, sway and turns once, and a heel
+    strike with a peak of `heel` m/s² at every step. On the foot: straight on, at rest in every stance. `speed` is in
+    m/s, `cadence` in steps/s. `iron` (A·m²) is the moment of a magnet on the floor that the way passes, `floor` (µT)
+    the field of iron in the floor. Amplitudes are typical of healthy adults. Phases: static (the first 4 s), walking.
     """
     if place not in ("pelvis", "foot"):
         raise ValueError(f"place: expected 'pelvis' or 'foot', got {place!r}")

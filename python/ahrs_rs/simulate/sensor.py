@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -96,7 +97,7 @@ class Triad:
         times = self.instability_times
         if not times or any(not (math.isfinite(a) and a > 0.0) for a in times) or list(times) != sorted(set(times)):
             raise ValueError(f"instability_times: expected increasing positive numbers of s, got {times}")
-        factors = [b / a for a, b in zip(times, times[1:], strict=False)]
+        factors = [b / a for a, b in pairwise(times)]
         if factors and max(factors) > 1.001 * min(factors):
             raise ValueError(f"instability_times: expected times that rise by a constant factor, got {times}")
         _number("misalignment_deviation", self.misalignment_deviation, 0.0)
@@ -216,9 +217,8 @@ class Sensor:
             raise ValueError(f"temperature: expected a Temperature or None, got {self.temperature!r}")
         if self.gyr.rate is not None:
             raise ValueError(f"gyr.rate: a gyroscope is read in every row, got {self.gyr.rate}")
-        if np.ndim(self.g_sensitivity) == 0:
+        if isinstance(self.g_sensitivity, (int, float)):
             _number("g_sensitivity", self.g_sensitivity)
-            _set(self, "g_sensitivity", float(self.g_sensitivity))
         else:
             _set(self, "g_sensitivity", _matrix("g_sensitivity", self.g_sensitivity))
         _number("mag_delay", self.mag_delay, 0.0)
@@ -226,12 +226,14 @@ class Sensor:
     def calibrated(self, remaining: float = 0.0) -> Sensor:
         """As after a calibration: noise, drift, range, resolution, rates and delays stay; see `Triad.calibrated`."""
         mag = None if self.mag is None else self.mag.calibrated(remaining)
+        gyr, acc = self.gyr.calibrated(remaining), self.acc.calibrated(remaining)
+        crosstalk = np.multiply(remaining, self.g_sensitivity)
         return replace(
             self,
-            gyr=self.gyr.calibrated(remaining),
-            acc=self.acc.calibrated(remaining),
+            gyr=gyr,
+            acc=acc,
             mag=mag,
-            g_sensitivity=np.multiply(remaining, self.g_sensitivity),
+            g_sensitivity=float(crosstalk) if crosstalk.ndim == 0 else _matrix("g_sensitivity", crosstalk),
         )
 
     def with_gyr_bias(self, bias: PerAxis) -> Sensor:
