@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,11 +20,14 @@ from ahrs_rs.recording import Recording
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
+Judge: TypeAlias = Callable[[T], Verdict]
 
 #: A time is the shortest of so many runs: what disturbs a run only makes it longer.
 REPEATS = 40
 #: of so many samples at most.
 CLOCKED = 6000
+#: Where roll and yaw are told apart, degrees of pitch.
+PITCH = 75.0
 
 
 def estimate(f: Filter, recording: Recording, *, nine_axes: bool = True) -> Estimate:
@@ -69,6 +73,13 @@ def angle_rmse(est: Estimate, recording: Recording) -> FloatArray:
     return np.asarray(metrics.rmse(angles(est, recording).T, recording.mask))
 
 
+def not_vertical(recording: Recording) -> Recording:
+    """The recording where only samples count whose roll and yaw are told apart."""
+    pitch = metrics.euler(truth(recording), degrees=True)[:, 1]
+    mask = np.abs(pitch) < PITCH
+    return dataclasses.replace(recording, mask=mask if recording.mask is None else mask & recording.mask)
+
+
 def mean(rows: Iterable[ArrayLike]) -> FloatArray:
     """Over recordings; those without a sample that counts are left out."""
     table = np.array([np.asarray(row, dtype=np.float64) for row in rows])
@@ -94,6 +105,15 @@ def clocked(filters: Mapping[str, Filter], recording: Recording, *, nine_axes: b
     return {name: nanoseconds / len(part) for name, nanoseconds in best.items()}
 
 
+def clocked_on_first(
+    make: Callable[[float], Mapping[str, Filter]], recordings: Sequence[Recording], *, nine_axes: bool = True
+) -> dict[str, float] | None:
+    """`clocked` on the first of the real recordings, if there is one."""
+    if not recordings:
+        return None
+    return clocked(make(recordings[0].rate), recordings[0], nine_axes=nine_axes)
+
+
 def times(
     title: str,
     filters: Mapping[str, Filter],
@@ -111,11 +131,11 @@ def times(
         [name, published[name], published[name] / least_published, ours[name], ours[name] / least] for name in filters
     ]
     columns = ["method", f"paper [{unit}]", "paper, relative", "ours [ns/sample]", "ours, relative"]
-    table = Table(title, columns, rows, note=note, decimals=2, measured=True, local=["ours [ns/sample]"])
+    table = Table(title, columns, rows, note=note, form=".2f", measured=True, local=["ours [ns/sample]"])
     return table, ours
 
 
-def verdicts(judge: Callable[[T], Verdict], simulated: T, real: T | None) -> tuple[Verdict, Verdict | None]:
+def verdicts(judge: Judge[T], simulated: T, real: T | None) -> tuple[Verdict, Verdict | None]:
     """A claim in both worlds; the real one may not be there."""
     return judge(simulated), judge(real) if real else None
 

@@ -26,8 +26,8 @@ class Table:
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     note: str = ""
-    decimals: int = 2
-    """How many are shown; CSV files have all."""
+    form: str = ".2f"
+    """How numbers are shown; CSV files have all digits."""
     measured: bool = False
     """Whether it holds times, which no two runs have in common."""
     local: Sequence[str] = ()
@@ -43,7 +43,7 @@ class Table:
             return "–"
         if isinstance(cell, str):
             return cell
-        return str(cell) if isinstance(cell, int) else f"{cell:.{self.decimals}f}"
+        return str(cell) if isinstance(cell, int) else f"{cell:{self.form}}"
 
 
 @dataclass(frozen=True, slots=True)
