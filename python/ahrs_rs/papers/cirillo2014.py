@@ -163,7 +163,10 @@ def moving(recording: ar.Recording) -> NDArray[np.bool_]:
     if phases is None:
         return np.ones(len(recording), dtype=np.bool_) if recording.mask is None else recording.mask
     t = recording.t
-    return np.array([(t >= begin) & (t < end) for begin, end in phases["dynamic"]]).any(axis=0)
+    found = np.zeros(len(t), dtype=np.bool_)
+    for begin, end in phases["dynamic"]:
+        found |= (t >= begin) & (t < end)
+    return found
 
 
 def comparable(found: Found) -> Verdict:
@@ -184,7 +187,7 @@ def _table(title: str, ours: Found, real: Found, kinds: Sequence[str]) -> Table:
     rows: list[list[Cell]] = []
     for kind in kinds:
         for name in CLASSES:
-            known = DISTURBED.get(name) if kind == "disturbed" else EKF[kind] if name == "EKF" else None
+            known = DISTURBED.get(name) if kind == "disturbed" else EKF.get(kind) if name == "EKF" else None
             paper: list[Cell] = [None] * 3 if known is None else list(known)
             row: list[Cell] = [kind, name, *paper]
             for found in (ours, real):
