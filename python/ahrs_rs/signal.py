@@ -6,8 +6,8 @@
 >>> ar.signal.low_pass(acc, cutoff=5.0, rate=100.0)[-1]
 array([0.  , 0.  , 9.81])
 
-`LowPass` and `low_pass` are causal, as firmware is (the core's ``signal::Butterworth`` has the same bits); `zero_phase` runs
-forward and backward, for recordings only.
+`LowPass` and `low_pass` are causal, as firmware is (the core's ``signal::Butterworth`` has the same bits); `zero_phase`
+runs forward and backward, for recordings only.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ class LowPass:
     """A Butterworth low-pass filter, causal, of order 1 to 8.
 
     It starts at rest at the first sample, so there is no transient. It takes steps of any length; a repeated stamp
-    changes nothing. A row with a NaN in any channel is no measurement: the output holds the last one, and the time counts
-    towards the next step (before the first measurement the output is NaN). Channels that are not measured together should
-    be filtered apart. A step of half a period of the cut-off or longer passes the sample through: a cut-off at or above the
-    Nyquist frequency leaves the signal as it is, and after a long gap the filter starts afresh.
+    changes nothing. A row with a NaN in any channel is no measurement: the output holds the last one, and the time
+    counts towards the next step (before the first measurement the output is NaN). Channels that are not measured
+    together should be filtered apart. A step of half a period of the cut-off or longer passes the sample through: a
+    cut-off at or above the Nyquist frequency leaves the signal as it is, and after a long gap the filter starts afresh.
 
     Parameters
     ----------
@@ -69,9 +69,7 @@ class LowPass:
         An order, cutoff or rate that is not allowed.
     """
 
-    def __init__(
-        self, order: int, cutoff: float, rate: float | None = None, *, dtype: DTypeLike = np.float64
-    ) -> None:
+    def __init__(self, order: int, cutoff: float, rate: float | None = None, *, dtype: DTypeLike = np.float64) -> None:
         self.order, self.cutoff = _order(order), _frequency("cutoff", cutoff)
         self.rate = None if rate is None else _frequency("rate", rate)
         self.dtype = np.dtype(dtype)
@@ -161,9 +159,7 @@ class LowPass:
                 ((variables, _),) = state.snapshots
                 snapshots = [(list(variables), 0.0)]
                 stamps = [dt]
-            y, after = _native.low_pass(
-                sample[np.newaxis], self.order, self.cutoff, 1.0, stamps, snapshots
-            )
+            y, after = _native.low_pass(sample[np.newaxis], self.order, self.cutoff, 1.0, stamps, snapshots)
             last = None if state is None or state.snapshots[0][1] is None else state.snapshots[0][1] + dt
             self._state = self._wrap(self.dtype.name, sample.shape, [(after[0][0], last)])
         return cast(Floats, y[0])
@@ -174,7 +170,7 @@ class LowPass:
             self._state = None
 
     def state(self) -> LowPassState | None:
-        """A snapshot of the streaming state, None before the first sample; `restore` and ``run(state=...)`` go on from it."""
+        """A snapshot of the streaming state, None before the first sample: what `restore` and ``run(state=...)`` take."""
         return self._state
 
     def restore(self, state: LowPassState | None) -> None:
@@ -243,9 +239,9 @@ def low_pass(
 def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDArray[np.float64]:
     """Filter signals by a Butterworth low-pass forward and backward in time: no delay, for recordings only.
 
-    The gain is that of the filter twice: −6 dB at `cutoff`, falling as of twice the order. Missing rows are interpolated
-    linearly before, and missing in the result; at both ends the signal is extended by its odd reflection (scipy's
-    ``sosfiltfilt``).
+    The gain is that of the filter twice: −6 dB at `cutoff`, falling as of twice the order. Missing rows are
+    interpolated linearly before, and missing in the result; at both ends the signal is extended by its odd reflection
+    (scipy's ``sosfiltfilt``).
 
     Parameters
     ----------
@@ -296,7 +292,7 @@ def _scipy_signal() -> Any:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "scipy":
             raise
-        raise ImportError("zero_phase needs scipy: pip install ahrs-rs[rotation]") from error
+        raise ImportError("zero_phase needs scipy: pip install ahrs-rs[calibration]") from error
 
 
 def _order(order: object) -> int:

@@ -169,7 +169,7 @@ impl<S: Scalar, const N: usize> Butterworth<S, N> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step_lanes(&mut self, lanes: S::Mask, x: [S; N], dt: S) -> [S; N] {
         let elapsed = (self.waiting + dt.max(S::zero())).min(S::splat(S::Real::MAX));
-        let measured = x.iter().fold(lanes, |all, x| all & (*x * *x).le(S::splat(S::Real::MAX)));
+        let measured = x.iter().fold(lanes, |all, x| all & is_measurement(*x));
         if measured.any() {
             self.design.set_step(measured, elapsed);
             self.take(measured, x);
@@ -242,6 +242,12 @@ impl<S: Scalar> Butterworth<S, 3> {
         let [x, y, z] = self.step_lanes(S::Mask::splat(true), [v.x, v.y, v.z], dt);
         Vec3::new(x, y, z)
     }
+}
+
+/// Whether a number is taken as a sample: it is finite, and so is its square.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn is_measurement<S: Scalar>(x: S) -> S::Mask {
+    (x * x).le(S::splat(S::Real::MAX))
 }
 
 /// The mean of two numbers; halved first, so that it does not overflow.

@@ -1,6 +1,7 @@
 //! The low-pass filter over arrays.
 
 use ahrs_rs::signal::Butterworth;
+use ahrs_rs::signal::butterworth::is_measurement;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -36,8 +37,8 @@ fn run<'py, T: Dtype>(
     snapshots: Option<Vec<Snapshot>>,
 ) -> PyResult<(Bound<'py, PyAny>, Vec<Snapshot>)> {
     let py = x.py();
-    let design = Butterworth::<T>::new(order, T::from_f64(cutoff));
-    let design = design.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let design = (order, T::from_f64(cutoff));
+    Butterworth::<T>::new(order, design.1).map_err(|error| PyValueError::new_err(error.to_string()))?;
     let values = array::<T>("x", x)?;
     let shape = values.shape().to_vec();
     let values = signals("x", &values)?;
@@ -65,21 +66,22 @@ fn run<'py, T: Dtype>(
                 check_stamps(stamps.clone().into_iter().flatten(), last)?;
                 let first = match (&row, last) {
                     (Some(row), Some(last)) => row.first().map_or(0.0, |first| first - last),
-                    (Some(row), None) if rate.is_none() => row.iter().nth(1).map_or(0.0, |next| next - row[0]),
+                    (Some(row), None) if rate.is_none() => {
+                        row.iter().zip(row.iter().skip(1)).next().map_or(0.0, |(first, second)| second - first)
+                    }
                     _ => rate.map_or(0.0, f64::recip),
                 };
-                let mut filters = filters(&design, channels, &variables)?;
+                let mut saved = Vec::with_capacity(variables.len());
                 match stamps {
                     Some(stamps) => {
                         let steps = stamps.clone().zip(stamps.skip(1)).map(|(before, after)| after - before);
-                        each_row(&mut filters, x, out, std::iter::once(first).chain(steps));
+                        let steps = std::iter::once(first).chain(steps);
+                        each_channel(&design, x, out, &steps, &variables, &mut saved)?;
                     }
-                    None => each_row(&mut filters, x, out, std::iter::repeat(first)),
+                    None => each_channel(&design, x, out, &std::iter::repeat(first), &variables, &mut saved)?,
                 }
                 let last =
                     row.map_or(last.map(|last| last + samples as f64 * first), |row| row.last().copied().or(last));
-                let mut saved = Vec::with_capacity(variables.len());
-                filters.iter_mut().for_each(|filter| filter.each(&mut |variable| saved.push(variable.to_f64())));
                 Ok((saved, last))
             })
             .collect::<Result<Vec<Snapshot>, String>>()
@@ -89,39 +91,68 @@ fn run<'py, T: Dtype>(
     Ok((out.into_any(), after))
 }
 
-/// A filter for each channel, going on from the variables where there are some.
-fn filters<T: Dtype>(
-    design: &Butterworth<T>,
-    channels: usize,
+/// What a recording is filtered by: order and cut-off frequency in Hz.
+type Design<T> = (usize, T);
+
+/// Filters the channels of one recording, three at a time (they share what depends on the step), then one at a time.
+fn each_channel<T: Dtype>(
+    design: &Design<T>,
+    x: ArrayView2<'_, T>,
+    mut out: ArrayViewMut2<'_, T>,
+    steps: &(impl Iterator<Item = f64> + Clone),
     variables: &[f64],
-) -> Result<Vec<Butterworth<T>>, String> {
-    let mut filters = vec![design.clone(); channels];
-    if !variables.is_empty() {
-        let mut count = 0;
-        filters.iter_mut().for_each(|filter| filter.each(&mut |_| count += 1));
-        if count != variables.len() || !variables.iter().all(|value| value.is_finite()) {
-            return Err(format!("state: expected {count} finite variables, got {}", variables.len()));
+    saved: &mut Vec<f64>,
+) -> Result<(), String> {
+    let (channels, mut first) = (x.ncols(), 0);
+    let mut variables = variables.iter().copied();
+    let goes_on = variables.len() > 0;
+    while first < channels {
+        let left = goes_on.then_some(&mut variables);
+        if channels - first >= 3 {
+            group::<T, 3>(design, first, x, out.view_mut(), steps.clone(), left, saved)?;
+            first += 3;
+        } else {
+            group::<T, 1>(design, first, x, out.view_mut(), steps.clone(), left, saved)?;
+            first += 1;
         }
-        let mut saved = variables.iter();
-        filters.iter_mut().for_each(|filter| {
-            filter.each(&mut |variable| *variable = T::from_f64(saved.next().copied().unwrap_or(0.0)));
-        });
     }
-    Ok(filters)
+    if variables.next().is_some() { Err(wrong_state()) } else { Ok(()) }
 }
 
-/// A row in which a channel is no measurement is none in the others either.
-fn each_row<T: Dtype>(
-    filters: &mut [Butterworth<T>],
+fn wrong_state() -> String {
+    "state: expected finite variables, as many as the channels of x have, got others".to_owned()
+}
+
+/// Filters N channels from the first one on, going on from the variables where there are some.
+fn group<T: Dtype, const N: usize>(
+    &(order, cutoff): &Design<T>,
+    first: usize,
     x: ArrayView2<'_, T>,
     mut out: ArrayViewMut2<'_, T>,
     steps: impl Iterator<Item = f64>,
-) {
-    let usable = |x: &T| (*x * *x).le(T::MAX);
-    for ((x, mut y), dt) in x.rows().into_iter().zip(out.rows_mut()).zip(steps) {
-        let (measured, dt) = (x.iter().all(usable), T::from_f64(dt));
-        for ((filter, x), y) in filters.iter_mut().zip(x).zip(&mut y) {
-            *y = filter.step(if measured { *x } else { T::NAN }, dt);
+    variables: Option<&mut impl Iterator<Item = f64>>,
+    saved: &mut Vec<f64>,
+) -> Result<(), String> {
+    let mut filter = Butterworth::<T, N>::new(order, cutoff).map_err(|error| error.to_string())?;
+    if let Some(variables) = variables {
+        let mut fits = true;
+        filter.each(&mut |variable| match variables.next().filter(|value| value.is_finite()) {
+            Some(value) => *variable = T::from_f64(value),
+            None => fits = false,
+        });
+        if !fits {
+            return Err(wrong_state());
         }
     }
+    for ((x, mut y), dt) in x.rows().into_iter().zip(out.rows_mut()).zip(steps) {
+        let mut values = [T::NAN; N];
+        // A row in which a channel is no measurement is none in the others either.
+        if x.iter().all(|x| is_measurement(*x)) {
+            values.iter_mut().zip(x.iter().skip(first)).for_each(|(value, x)| *value = *x);
+        }
+        let filtered = filter.step_lanes(true, values, T::from_f64(dt));
+        y.iter_mut().skip(first).zip(filtered).for_each(|(y, filtered)| *y = filtered);
+    }
+    filter.each(&mut |variable| saved.push(variable.to_f64()));
+    Ok(())
 }

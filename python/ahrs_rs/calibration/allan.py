@@ -8,27 +8,28 @@ The model is the sum of four independent noises:
 
     σ²(τ) = 3 Q²/τ² + N²/τ + (2 ln 2/π) B² + K² τ/3
 
-with the quantisation Q, the random walk N (read at 1 s), the bias instability B (the flat part over 0.664), and the rate
-random walk K (read at 3 s). N² is the two-sided power density: samples at f Hz have the standard deviation N √f. The noise
-density of data sheets is one-sided, √2 N.
+with the quantisation Q, the random walk N (read at 1 s), the bias instability B (the flat part over 0.664), and the
+rate random walk K (read at 3 s). N² is the two-sided power density: samples at f Hz have the standard deviation N √f.
+The noise density of data sheets is one-sided, √2 N.
 
-**Confidence.** edf · σ̂²/σ² has the χ² distribution with the equivalent degrees of freedom edf of the noise that is largest at
-that τ, as of Riley & Howe (NIST SP 1065, 2008, section 5.4.1), with n = T + 1:
+**Confidence.** edf · σ̂²/σ² has the χ² distribution with the equivalent degrees of freedom edf of the noise that is
+largest at that τ, as of Riley & Howe (NIST SP 1065, 2008, section 5.4.1), with n = T + 1:
 
     Q   (n + 1)(n − 2m) / (2 (n − m))
     N   (3 (n − 1)/(2m) − 2 (n − 2)/n) · 4m²/(4m² + 5)
     B   2 (n − 2)²/(2.3 n − 4.9) for m = 1,   5 n²/(4m (n + 3m)) above
     K   (n − 2)/m · ((n − 1)² − 3m (n − 1) + 4m²)/(n − 3)²
 
-**Fit.** Least squares of σ̂² with non-negative coefficients, each point weighted by its own relative error √(2/edf) of the
-model, over octaves of m. What neighbouring octaves have in common is taken into account: for a Gaussian noise of the density
-S(f) the covariance of two variances is proportional to ∫ |H_i|² |H_j|² S² df, with H_m the filter of the cluster. A term
-stays if it is above zero by the asked confidence. A sensor's own low-pass filter takes noise from the shortest clusters:
-they are left out until the model fits.
+**Fit.** Least squares of σ̂² with non-negative coefficients, each point weighted by its own relative error √(2/edf) of
+the model, over octaves of m. What neighbouring octaves have in common is taken into account: for a Gaussian noise of
+the density S(f) the covariance of two variances is proportional to ∫ |H_i|² |H_j|² S² df, with H_m the filter of the
+cluster. A term stays if it is above zero by the asked confidence. A sensor's own low-pass filter takes noise from the
+shortest clusters: they are left out until the model fits.
 """
 
 from __future__ import annotations
 
+import copy
 import importlib
 import math
 from collections.abc import Sequence
@@ -104,8 +105,13 @@ class Allan:
 
     @property
     def minimum(self) -> tuple[float, float]:
-        """Cluster time in s and value of the smallest deviation; over 0.664 the bias instability of data sheets."""
-        index = int(np.argmin(self.deviation))
+        """Cluster time in s and value of the smallest deviation; over 0.664 the bias instability of data sheets.
+
+        Of the clusters whose deviation is known to a sixth (20 degrees of freedom), where there are such: the smallest
+        of many uncertain ones would be too small.
+        """
+        sure = self.edf >= min(20.0, float(self.edf.max()))
+        index = int(np.argmin(np.where(sure, self.deviation, np.inf)))
         return float(self.tau[index]), float(self.deviation[index])
 
     @property
@@ -123,8 +129,9 @@ class Allan:
 def allan_deviation(x: ArrayLike, rate: float, clusters: ArrayLike | None = None) -> tuple[Floats, Floats]:
     """Overlapping Allan deviation of samples at a constant rate.
 
-    Time is linear in samples times clusters, memory in the samples. The mean is taken from the samples first: the sums then
-    grow with the noise alone, and rounding stays below 1e-9 of the deviation for ten million samples of white noise.
+    Time is linear in samples times clusters, memory in the samples. The mean is taken from the samples first: the sums
+    then grow with the noise alone, and rounding stays below 1e-9 of the deviation for ten million samples of white
+    noise.
 
     Parameters
     ----------
@@ -158,8 +165,8 @@ def allan(x: ArrayLike | Sequence[ArrayLike], rate: float, *, unit: str = "rad/s
 
     Parameters
     ----------
-    x : (T,), finite, or a list of such: several rests of one sensor, of which the differences are taken together. The mean of
-        each is its own.
+    x : (T,), finite, or a list of such: several rests of one sensor, of which the differences are taken together.
+        Each has its own mean.
     rate : Hz.
     unit : of the samples.
     confidence : of all intervals.
@@ -212,7 +219,9 @@ def _analysed(
             where = f"up to clusters of {longest:.3g} s" if index > 1 else f"from clusters of {fit.start:.3g} s on"
             reason = f"no {LOOKS[index]} {where}"
         value, lowest, largest = (math.sqrt(one) for one in (square, lowest, largest))
-        coefficients.append(Coefficient(value if not reason else math.nan, lowest, largest, unit + UNITS[index], reason))
+        coefficients.append(
+            Coefficient(value if not reason else math.nan, lowest, largest, unit + UNITS[index], reason)
+        )
     deviation = np.sqrt(variance)
     return Allan(tau, deviation, low, high, own_edf, confidence, unit, *coefficients, fit.start, fit.misfit)
 
@@ -231,10 +240,10 @@ class _Fit:
 def _fit(tau: Floats, variance: Floats, edf_of: Floats, confidence: float) -> _Fit:
     """The model over the clusters from the first one on that it fits from; where there is none, from the best one."""
     special = _scipy("special")
+    clusters = _Clusters(tau, variance, edf_of)
     fits = []
     for start in range(max(1, len(tau) // 2)):
-        part = slice(start, None)
-        fit, freedom = _fit_part(tau[part], variance[part], edf_of[part], confidence)
+        fit, freedom = _fit_part(clusters.beyond(start), confidence)
         # A thousandth of good recordings lose their first cluster without need.
         if freedom < 1 or fit.misfit * freedom <= special.chdtri(freedom, 1e-3):
             return fit
@@ -242,13 +251,15 @@ def _fit(tau: Floats, variance: Floats, edf_of: Floats, confidence: float) -> _F
     return min(fits, key=lambda fit: fit.misfit)
 
 
-def _fit_part(tau: Floats, variance: Floats, edf_of: Floats, confidence: float) -> tuple[_Fit, int]:
+def _fit_part(clusters: _Clusters, confidence: float) -> tuple[_Fit, int]:
+    """The fit, and its degrees of freedom."""
     special = _scipy("special")
+    tau, variance = clusters.tau, clusters.variance
     terms = _terms(tau)
     z = float(special.ndtri(0.5 * (1.0 + confidence)))
     kept = np.ones(len(TERMS), dtype=np.bool_)
     while True:
-        squares, white = _solve(tau, variance, edf_of, kept)
+        squares, white = _solve(clusters, kept)
         columns, residuals = white @ terms, white @ (variance - terms @ squares)
         freedom = len(tau) - int(np.count_nonzero(squares))
         misfit = float(residuals @ residuals) / max(freedom, 1)
@@ -269,12 +280,13 @@ def _fit_part(tau: Floats, variance: Floats, edf_of: Floats, confidence: float) 
     return _Fit(squares, low, high, float(tau[0]), misfit), freedom
 
 
-def _solve(tau: Floats, variance: Floats, edf_of: Floats, kept: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _solve(clusters: _Clusters, kept: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Squares of the coefficients, and the matrix that makes the variances' errors independent and of size one.
 
     The errors are relative to the model, so it is solved repeatedly.
     """
     nnls = _scipy("optimize").nnls
+    tau, variance = clusters.tau, clusters.variance
     terms = _terms(tau)
     squares = np.zeros(len(TERMS))
     squares[TERMS.index("random_walk")] = float(np.median(variance * tau))
@@ -282,8 +294,8 @@ def _solve(tau: Floats, variance: Floats, edf_of: Floats, kept: NDArray[np.bool_
     for _ in range(12):  # it settles to 1e-6 in fewer
         # Where nothing of the model is left the measured variance stands in, or the weight would be infinite.
         model = np.maximum(terms @ squares, 1e-3 * variance)
-        edf = edf_of[rows, np.argmax(terms * squares, axis=1)]
-        white = np.linalg.inv(np.linalg.cholesky(_correlation(tau, squares))) / (model * np.sqrt(2.0 / edf))
+        edf = clusters.edf[rows, np.argmax(terms * squares, axis=1)]
+        white = np.linalg.inv(np.linalg.cholesky(clusters.correlation(squares))) / (model * np.sqrt(2.0 / edf))
         columns = white @ terms[:, kept]
         scale = np.linalg.norm(columns, axis=0)
         squares = np.zeros(len(TERMS))
@@ -291,19 +303,33 @@ def _solve(tau: Floats, variance: Floats, edf_of: Floats, kept: NDArray[np.bool_
     return squares, white
 
 
-def _correlation(tau: Floats, squares: Floats) -> Floats:
-    """(K, K): correlation of the variances of clusters, for the noise of these coefficients."""
-    # In units of the shortest cluster, which is one sample or takes its place. At the upper end every sine is an average.
-    f = np.geomspace(0.02 / (tau[-1] / tau[0]), 0.5, 4000)
-    omega = 2.0 * math.pi * f / tau[0]
-    q, n, b, k = squares
-    density = q * omega**2 * tau[0] + n + b / omega + k / omega**2
-    clusters = (tau / tau[0])[:, np.newaxis]
-    response = (np.sin(math.pi * f * clusters) ** 2 / (clusters * np.sin(math.pi * f))) ** 2
-    weighted = response * density * np.sqrt(f)  # √f: the steps of the logarithmic grid
-    weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
-    correlation: Floats = weighted @ weighted.T
-    return correlation
+class _Clusters:
+    """The clusters of a fit, and how their variances are correlated."""
+
+    def __init__(self, tau: Floats, variance: Floats, edf: Floats) -> None:
+        self.tau, self.variance, self.edf = tau, variance, edf
+        # One sample is the shortest cluster. At the upper end the grid averages over many sines.
+        f = np.geomspace(0.02 * tau[0] / tau[-1], 0.5, 1500)
+        sizes = (tau / tau[0])[:, np.newaxis]
+        self._response = (np.sin(math.pi * f * sizes) ** 2 / (sizes * np.sin(math.pi * f))) ** 2
+        omega = 2.0 * math.pi * f / tau[0]
+        #: (F, 4): the density of each noise, and the steps of the logarithmic grid.
+        self._densities = np.stack([omega**2 * tau[0], np.ones_like(f), 1.0 / omega, 1.0 / omega**2], axis=1)
+        self._densities *= np.sqrt(f)[:, np.newaxis]
+
+    def beyond(self, start: int) -> _Clusters:
+        """Without the first ones."""
+        other = copy.copy(self)
+        other.tau, other.variance, other.edf = self.tau[start:], self.variance[start:], self.edf[start:]
+        other._response = self._response[start:]
+        return other
+
+    def correlation(self, squares: Floats) -> Floats:
+        """(K, K): correlation of the variances of clusters, for the noise of these coefficients."""
+        weighted = self._response * (self._densities @ squares)
+        weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
+        correlation: Floats = weighted @ weighted.T
+        return correlation
 
 
 def _beside(columns: Floats, kept: NDArray[np.bool_], index: int) -> Floats:

@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 GRAVITY = 9.80665
 AXES = "xyz"
 UNITS = {"gyr": "rad/s", "acc": "m/s²", "mag": "µT"}
-#: Of the rows of a sensor at its own rate, as many may be missing; they are interpolated, which takes as much of the noise.
+#: Of the rows of a sensor at its own rate, as many may be missing; they are interpolated, which takes as much of the
+#: noise.
 MISSING_SHARE = 0.01
 
 
@@ -62,8 +63,8 @@ class Noise:
     sensors: dict[str, SensorNoise]
     """By name: "gyr", "acc", "mag", those that the recording has."""
     covariance: Floats
-    """Cirillo's V with all its elements, in the order ω, a, m: (9, 9), or (6, 6) without a magnetometer. ω in rad²/s², the
-    specific force over g, the field over the norm of its mean."""
+    """Cirillo's V with all its elements, in the order ω, a, m: (9, 9), or (6, 6) without a magnetometer. ω in rad²/s²,
+    the specific force over g, the field over the norm of its mean."""
     bias: GyroscopeBias
     rest: Rest
 
@@ -80,10 +81,10 @@ class Noise:
     def mekf_parameters(self) -> dict[str, float]:
         """Parameters of `MEKF`: densities as means over the axes. What the recording does not determine is left out.
 
-        gyr_noise is the angle random walk N, bias_noise the rate random walk K, acc_noise the N of the accelerometer, and
-        heading_noise that of the magnetometer over the field's horizontal part. In motion, acceleration is a larger error of
-        the specific force than this noise, and the defaults of `MEKF` are set for that: of acc_noise and heading_noise these
-        values are lower bounds.
+        gyr_noise is the angle random walk N, bias_noise the rate random walk K, acc_noise the N of the accelerometer,
+        and heading_noise that of the magnetometer over the field's horizontal part. In motion, acceleration is a larger
+        error of the specific force than this noise, and the defaults of `MEKF` are set for that: of acc_noise and
+        heading_noise these values are lower bounds.
         """
         gyr = self.sensors["gyr"]
         found = {"gyr_noise": gyr.mean("random_walk"), "bias_noise": gyr.mean("rate_random_walk")}
@@ -116,7 +117,8 @@ class Noise:
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(4.6 * len(self.sensors) + 0.4, 4.4), layout="constrained")
-        for panel, (name, sensor) in zip(figure.subplots(1, len(self.sensors), squeeze=False)[0], self.sensors.items()):
+        panels = figure.subplots(1, len(self.sensors), squeeze=False)[0]
+        for panel, (name, sensor) in zip(panels, self.sensors.items(), strict=True):
             for index, (axis, one) in enumerate(zip(AXES, sensor.axes, strict=True)):
                 colour = f"C{index}"
                 panel.fill_between(one.tau, one.low, one.high, color=colour, alpha=0.2, linewidth=0)
@@ -136,8 +138,8 @@ class Noise:
 def noise(recording: Recording, rest: Rest | None = None, *, confidence: float = 0.95) -> Noise:
     """The noise of the sensors of a recording while they rest.
 
-    All phases are taken together: variances and Allan deviations are means over them, each about its own mean. A sensor that
-    is slower than the recording (rows of NaN between its measurements) has its own rate.
+    All phases are taken together: variances and Allan deviations are means over them, each about its own mean. A sensor
+    that is slower than the recording (rows of NaN between its measurements) has its own rate.
 
     Parameters
     ----------
@@ -206,7 +208,8 @@ def _phase_mean(name: str, array: Floats, phase: slice) -> Floats:
 
 
 def _series(name: str, array: Floats, phases: Sequence[slice]) -> tuple[list[Floats], int]:
-    """The measurements of each phase at the sensor's own rate, and that rate's share: every how many rows it measures."""
+    """The measurements of each phase at the sensor's own rate, and that rate's share: every how many rows it
+    measures."""
     known = [np.flatnonzero(~np.isnan(array[phase]).any(axis=1)) for phase in phases]
     steps = np.concatenate([np.diff(one) for one in known])
     if not len(steps):
@@ -219,7 +222,9 @@ def _series(name: str, array: Floats, phases: Sequence[slice]) -> tuple[list[Flo
         grid = np.arange(rows[0], rows[-1] + 1, stride)
         missing = len(grid) - len(np.intersect1d(grid, rows, assume_unique=True))
         if missing > MISSING_SHARE * len(grid):
-            raise ValueError(f"{name}: expected measurements at a constant rate, but {missing} of {len(grid)} are missing")
+            raise ValueError(
+                f"{name}: expected measurements at a constant rate, but {missing} of {len(grid)} are missing"
+            )
         own = array[phase]
         series.append(np.stack([np.interp(grid, rows, own[rows, axis]) for axis in range(3)], axis=1))
     return series, stride

@@ -71,7 +71,8 @@ def find_rest(
     A sample is at rest where, over the window around it, the standard deviations of angular rate and specific force
     (root of the sum over the axes' variances) and the norm of the mean angular rate are all below their thresholds: the
     last one tells a slow steady rotation from a bias. The window makes a phase begin and end half of it away from
-    motion. Rows with a NaN do not count; where less than half of a window is measured nothing is known, and that is no rest.
+    motion. Rows with a NaN do not count; where less than half of a window is measured nothing is known, and that is no
+    rest.
 
     Parameters
     ----------
@@ -107,7 +108,9 @@ def find_rest(
     )
     if not phases:
         limits = f"{gyr_deviation:g} rad/s and {acc_deviation:g} m/s²"
-        raise ValueError(f"recording: expected a rest of {shortest:g} s or more with deviations below {limits}, but {came}")
+        raise ValueError(
+            f"recording: expected a rest of {shortest:g} s or more with deviations below {limits}, but {came}"
+        )
     found = np.zeros(len(mask), dtype=np.bool_)
     for one in phases:
         found[one] = True
@@ -117,8 +120,8 @@ def find_rest(
 def gyroscope_bias(recording: Recording, rest: Rest | None = None) -> GyroscopeBias:
     """The mean angular rate at rest, with its standard error.
 
-    The standard error is that of white noise, σ/√n, or what the means of 16 blocks say (the Allan deviation of the blocks over
-    √16, which knows drift), whichever is larger. Phases count by their samples.
+    The standard error is that of white noise, σ/√n, or what the means of 16 blocks say (the Allan deviation of the
+    blocks over √16, which knows drift), whichever is larger. Phases count by their samples.
 
     Parameters
     ----------

@@ -18,8 +18,9 @@ from ahrs_rs.cli._common import CliError, Commands
 from ahrs_rs.recording import Recording
 
 EPILOG = """\
-Coefficients as of IEEE Std 952, by a fit of the overlapping Allan deviation, with their 95 % interval. One that the rest is
-too short for, or that the other noises hide, is shown by its upper bound, as "< 2e-05". An hour at rest shows most.
+Coefficients as of IEEE Std 952, by a fit of the overlapping Allan deviation, with half of their 95 % interval.
+One that the rest is too short for, or that other noises hide, is shown by its upper bound, as "< 2e-05". An hour at
+rest shows most.
 
   ahrs-rs noise still.csv --plot allan.png -o noise.json
   ahrs-rs noise walk.csv --static 0:12.5
@@ -39,7 +40,7 @@ def add_parser(commands: Commands) -> None:
     parser = commands.add_parser(
         "noise",
         help="the noise of a sensor at rest, and parameters of filters from it",
-        description="Analyse the noise of a sensor while it rests: variances, Allan deviation, parameters of MEKF and EKF.",
+        description="Analyse the noise of a sensor at rest: variances, Allan deviation, parameters of MEKF and EKF.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -109,7 +110,8 @@ def _head(recording: Recording, result: Noise) -> list[str]:
     rest, count = result.rest, len(result.rest.phases)
     longest = rest.t[rest.longest.stop - 1] - rest.t[rest.longest.start]
     phases = f"{rest.duration:.6g} s" + (f" in {count} phases, the longest {longest:.4g} s" if count > 1 else "")
-    bias = " ".join(f"{value:.4g}±{error:.2g}" for value, error in zip(result.bias.value, result.bias.standard_error))
+    biases = zip(result.bias.value, result.bias.standard_error, strict=True)
+    bias = " ".join(f"{value:.4g}±{error:.2g}" for value, error in biases)
     lines = [
         ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(result.sensors)})"),
         ("samples", f"{len(recording)} in {recording.duration:.6g} s, {recording.rate:.6g} Hz"),
@@ -132,12 +134,13 @@ def _table(result: Noise) -> list[str]:
         cells.append([f"{name} at {sensor.rate:.4g} Hz", "sample", *COLUMNS.values()])
         cells.append(["", sensor.unit, *units])
         for axis, deviation, one in zip(AXES, sensor.deviation, sensor.axes, strict=True):
-            cells.append([f"  {axis}", f"{deviation:.3g}", *(_shown(one.coefficients[column]) for column in COLUMNS)])
+            cells.append([axis, f"{deviation:.3g}", *(_shown(one.coefficients[column]) for column in COLUMNS)])
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) if i == 0 else cell.rjust(width) for i, (cell, width) in enumerate(zip(row, widths)))
-        for row in cells
-    ]
+    lines = []
+    for row in cells:
+        first, *others = (text.rjust(width) for text, width in zip(row, widths, strict=True))
+        lines.append("  ".join([first.lstrip().ljust(widths[0]), *others]))
+    return lines
 
 
 def _shown(coefficient: Coefficient) -> str:
