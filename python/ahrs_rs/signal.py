@@ -152,7 +152,8 @@ class LowPass:
         elif not (math.isfinite(dt) and dt >= 0.0):
             raise ValueError(f"dt: expected a finite number of seconds, not negative, got {dt}")
         with self._lock:
-            state, snapshots, stamps = self._state, None, None
+            state, stamps = self._state, None
+            snapshots: Snapshots | None = None
             if state is not None:
                 self._check(state, self.dtype.name, sample.shape)
                 # Times are kept only as steps: the last stamp stands for zero.
@@ -170,7 +171,7 @@ class LowPass:
             self._state = None
 
     def state(self) -> LowPassState | None:
-        """A snapshot of the streaming state, None before the first sample: what `restore` and ``run(state=...)`` take."""
+        """A snapshot of the streaming state, None before the first sample; for `restore` and ``run(state=...)``."""
         return self._state
 
     def restore(self, state: LowPassState | None) -> None:

@@ -178,8 +178,8 @@ def allan(x: ArrayLike | Sequence[ArrayLike], rate: float, *, unit: str = "rad/s
     ValueError
         A wrong shape, NaN or infinite values, too few samples, samples that are all equal.
     """
-    several = isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) == 1
-    parts = [_samples(part) for part in x] if several else [_samples(x)]
+    several = list(x) if isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) == 1 else [x]
+    parts = [_samples(part) for part in several]
     rate = _rate(rate)
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence: expected a number between 0 and 1, got {confidence}")
@@ -223,7 +223,18 @@ def _analysed(
             Coefficient(value if not reason else math.nan, lowest, largest, unit + UNITS[index], reason)
         )
     deviation = np.sqrt(variance)
-    return Allan(tau, deviation, low, high, own_edf, confidence, unit, *coefficients, fit.start, fit.misfit)
+    return Allan(
+        tau=tau,
+        deviation=deviation,
+        low=low,
+        high=high,
+        edf=own_edf,
+        confidence=confidence,
+        unit=unit,
+        **dict(zip(TERMS, coefficients, strict=True)),
+        fitted_from=fit.start,
+        misfit=fit.misfit,
+    )
 
 
 @dataclass(slots=True)

@@ -148,7 +148,7 @@ def gyroscope_bias(recording: Recording, rest: Rest | None = None) -> GyroscopeB
 def _moving(values: ArrayLike, half: int) -> tuple[Floats, Floats]:
     """Mean (T, 3) and standard deviation (T,) over the samples within `half` of each; NaN where too few are there."""
     array = np.asarray(values, dtype=np.float64)
-    measured = ~np.isnan(array).any(axis=1)
+    measured: NDArray[np.bool_] = np.logical_not(np.isnan(array).any(axis=1))
     if not measured.any():
         return np.full_like(array, np.nan), np.full(len(array), np.nan)
     # Near zero, so that sums of squares do not cancel.
