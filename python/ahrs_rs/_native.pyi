@@ -13,6 +13,7 @@ __all__ = [
     "euler_angles",
     "frames",
     "gyr_holds",
+    "low_pass",
     "registry",
     "rotation_matrices",
 ]
@@ -23,6 +24,14 @@ def gyr_holds() -> list[str]: ...
 def all_float32(gyr: ArrayLike, acc: ArrayLike | None = None, mag: ArrayLike | None = None) -> bool: ...
 def euler_angles(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
 def rotation_matrices(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
+def low_pass(
+    x: ArrayLike,
+    order: int,
+    cutoff: float,
+    rate: float | None = None,
+    t: ArrayLike | None = None,
+    snapshots: list[tuple[list[float], float | None]] | None = None,
+) -> tuple[NDArray[np.floating[Any]], list[tuple[list[float], float | None]]]: ...
 
 @disjoint_base
 class NativeFilter:

@@ -8,6 +8,7 @@ mod describe;
 mod euler;
 mod filter;
 mod run;
+mod signal;
 mod sweep;
 mod watch;
 
@@ -24,4 +25,6 @@ mod _native {
     use super::euler::{euler_angles, rotation_matrices};
     #[pymodule_export]
     use super::filter::NativeFilter;
+    #[pymodule_export]
+    use super::signal::low_pass;
 }
