@@ -12,7 +12,7 @@ asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest,
 µT. ``ar.FILTERS`` has every filter by name; ``ar.read`` reads recordings.
 """
 
-from ahrs_rs import filters, metrics, simulate
+from ahrs_rs import calibration, filters, metrics, simulate
 from ahrs_rs._filter import Filter, Param
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
 from ahrs_rs.batch import run_many
@@ -35,6 +35,7 @@ __all__ = [
     "Status",
     "Sweep",
     "SweepInterrupted",
+    "calibration",
     "filters",
     "metrics",
     "read",

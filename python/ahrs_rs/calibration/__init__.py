@@ -1,0 +1,48 @@
+"""Calibration of gyroscope, accelerometer and magnetometer. One model everywhere: y = S (x − b).
+
+>>> import numpy as np
+>>> import ahrs_rs as ar
+>>> random = np.random.default_rng(0)
+>>> field = random.standard_normal((2000, 3))
+>>> field *= 48.0 / np.linalg.norm(field, axis=1, keepdims=True)
+>>> fit = ar.calibration.magnetometer(field + [12.0, -3.0, 5.0])
+>>> fit.calibration.offset.round(6)
+array([12., -3.,  5.])
+
+`magnetometer` and `accelerometer` fit the ellipsoid that readings in all directions lie on; `six_positions` an
+accelerometer that was held still; `gyroscope` bias and gain from rests and known turns; `two_temperatures` and the
+`warm_up_...` functions what changes with the temperature. `Calibrations` holds what is known of a sensor, applies it to
+recordings, and is saved as cal.json, as Rust and as a C header.
+"""
+
+from ._common import GRAVITY, CalibrationError, CalibrationWarning
+from .ellipsoid import EllipsoidFit, accelerometer, ellipsoid, magnetometer
+from .file import Calibrations, load
+from .gyroscope import GyroscopeFit, Turn, gyroscope, gyroscope_from_reference
+from .model import Calibration, TemperatureCalibration
+from .positions import PositionsFit, held_attitudes, six_positions
+from .temperature import two_temperatures, warm_up_accelerometer, warm_up_gyroscope
+
+__all__ = [
+    "GRAVITY",
+    "Calibration",
+    "CalibrationError",
+    "CalibrationWarning",
+    "Calibrations",
+    "EllipsoidFit",
+    "GyroscopeFit",
+    "PositionsFit",
+    "TemperatureCalibration",
+    "Turn",
+    "accelerometer",
+    "ellipsoid",
+    "gyroscope",
+    "gyroscope_from_reference",
+    "held_attitudes",
+    "load",
+    "magnetometer",
+    "six_positions",
+    "two_temperatures",
+    "warm_up_accelerometer",
+    "warm_up_gyroscope",
+]
