@@ -4,6 +4,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod calibration;
 mod describe;
 mod euler;
 mod filter;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use super::arrays::all_float32;
+    #[pymodule_export]
+    use super::calibration::{calibrate, calibrate_at};
     #[pymodule_export]
     use super::describe::{frames, gyr_holds, registry};
     #[pymodule_export]
