@@ -47,6 +47,7 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("enable the feature `std` or, without a standard library, `libm`: the square root comes from there");
 
+pub mod calibration;
 pub mod estimator;
 pub mod filter;
 #[macro_use]
@@ -59,6 +60,7 @@ pub mod signal;
 pub mod so3;
 pub mod trig;
 
+pub use calibration::{Calibration, TemperatureCalibration};
 pub use estimator::{Estimator, GyrHold, Output, Settings};
 pub use filter::{Filter, FilterSpec, Flags, Sample};
 pub use lanes::{Pair, PairMask};

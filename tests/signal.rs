@@ -1,4 +1,4 @@
-//! The low-pass filter beside the filter it is made from, and the sum that loses nothing.
+//! The low-pass filters beside the filters they are made from, and the sum that loses nothing.
 
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "a test that fails may panic")]
 #![allow(clippy::float_cmp, reason = "where a law is exact it is tested exactly")]
@@ -11,6 +11,9 @@
 #[path = "support/random.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod random;
+
+#[path = "signal/butterworth.rs"]
+mod butterworth;
 
 use std::f64::consts::{PI, SQRT_2};
 

@@ -12,7 +12,7 @@ asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest,
 µT. ``ar.FILTERS`` has every filter by name; ``ar.read`` reads recordings.
 """
 
-from ahrs_rs import filters, metrics, simulate
+from ahrs_rs import calibration, filters, metrics, signal, simulate, tuning
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
@@ -36,12 +36,15 @@ __all__ = [
     "Status",
     "Sweep",
     "SweepInterrupted",
+    "calibration",
     "filters",
     "metrics",
     "read",
     "run_many",
+    "signal",
     "simulate",
     "sweep",
+    "tuning",
     "write_estimate",
 ]
 __all__ += filters.__all__

@@ -10,9 +10,12 @@ from ahrs_rs.state import Snapshot
 __all__ = [
     "NativeFilter",
     "all_float32",
+    "calibrate",
+    "calibrate_at",
     "euler_angles",
     "frames",
     "gyr_holds",
+    "low_pass",
     "registry",
     "rotation_matrices",
 ]
@@ -21,8 +24,23 @@ def registry() -> list[dict[str, Any]]: ...
 def frames() -> list[str]: ...
 def gyr_holds() -> list[str]: ...
 def all_float32(gyr: ArrayLike, acc: ArrayLike | None = None, mag: ArrayLike | None = None) -> bool: ...
+def calibrate(x: ArrayLike, matrix: list[list[float]], offset: list[float]) -> NDArray[np.floating[Any]]: ...
+def calibrate_at(
+    x: ArrayLike,
+    temperature: ArrayLike,
+    gain: tuple[list[float], list[float]],
+    bias: tuple[list[float], list[float]],
+) -> NDArray[np.floating[Any]]: ...
 def euler_angles(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
 def rotation_matrices(quat: ArrayLike) -> NDArray[np.floating[Any]]: ...
+def low_pass(
+    x: ArrayLike,
+    order: int,
+    cutoff: float,
+    rate: float | None = None,
+    t: ArrayLike | None = None,
+    snapshots: list[tuple[list[float], float | None]] | None = None,
+) -> tuple[NDArray[np.floating[Any]], list[tuple[list[float], float | None]]]: ...
 
 @disjoint_base
 class NativeFilter:

@@ -2,14 +2,13 @@
 //!
 //! [`LowPass`] is the second-order Butterworth filter in the form of a trapezoidal state-variable filter (two integrators
 //! in a loop, by the trapezoidal rule). At a constant step it equals the bilinear transform of the Butterworth filter;
-//! its coefficients depend on the step alone, so the step may vary. The states are written as increments: in `f32` they
-//! neither lose the signal beside their own size nor stall, where the direct form is unusable at high rates.
+//! its coefficients depend on the step alone, so the step may vary. The step is that of a [`Section`].
 
 #![allow(clippy::indexing_slicing, reason = "arrays with their size as a type; every index is below it")]
 
 use core::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use super::Sum;
+use super::{Section, Sum};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::Vec3;
 use crate::trig::{one_minus_exp, sin_cos};
@@ -20,10 +19,7 @@ pub struct Coefficients<S: Scalar> {
     tau: S,
     /// The step in s to which the rest belongs; negative before the first.
     dt: S,
-    /// 2 a2, 2 (1 − a1) and 2 a3.
-    forward: S,
-    back: S,
-    direct: S,
+    section: Section<S>,
     /// Set where the step is too long for the time constant: the signal passes through.
     passes: S::Mask,
 }
@@ -31,8 +27,7 @@ pub struct Coefficients<S: Scalar> {
 impl<S: Scalar> Coefficients<S> {
     /// For the time constant τ in s: the cut-off frequency is √2/(2πτ) (Laidig & Seel 2023).
     pub fn new(tau: S) -> Self {
-        let zero = S::zero();
-        Coefficients { tau, dt: -S::one(), forward: zero, back: zero, direct: zero, passes: S::Mask::splat(false) }
+        Coefficients { tau, dt: -S::one(), section: Section::still(), passes: S::Mask::splat(false) }
     }
 
     /// Goes over to the step `dt` in s where the mask is true.
@@ -44,13 +39,7 @@ impl<S: Scalar> Coefficients<S> {
             // A cut-off above the Nyquist frequency; τ = 0 is one at any step.
             self.passes = self.tau.lt(S::of(0.5) * dt) | self.tau.le(S::zero());
             let (sin, cos) = sin_cos(S::select(self.passes, S::zero(), S::of(FRAC_1_SQRT_2) * dt / self.tau));
-            let g = sin / cos;
-            let h = g * (g + S::of(SQRT_2));
-            let a1 = S::one() / (S::one() + h);
-            let double = S::of(2.0);
-            self.back = double * (h * a1);
-            self.forward = double * (g * a1);
-            self.direct = g * self.forward;
+            self.section = Section::new(sin / cos, S::of(SQRT_2));
         }
     }
 }
@@ -88,7 +77,7 @@ impl<S: Scalar, const N: usize> LowPass<S, N> {
     /// false that lane of what it gives has no meaning.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step(&mut self, lanes: S::Mask, x: [S; N], coefficients: &Coefficients<S>) -> [S; N] {
-        let Coefficients { tau, forward, back, direct, passes, .. } = *coefficients;
+        let Coefficients { tau, section, passes, .. } = *coefficients;
         let half = S::of(0.5);
         let starting = self.time.value.lt(tau);
         let regular = lanes & !(starting | passes);
@@ -96,9 +85,8 @@ impl<S: Scalar, const N: usize> LowPass<S, N> {
         let mut y = x;
         for i in 0..N {
             let (slope, value) = (self.slope[i], self.value[i]);
-            // With g = tan(π f dt), a1 = 1/(1 + g (g + √2)), a2 = g a1, a3 = g a2: the increments of the two integrators.
-            let change = forward * slope + direct * (x[i] - value);
-            let new_slope = slope + (forward * (x[i] - value) - back * slope);
+            let (bend, change) = section.changes(slope, value, x[i]);
+            let new_slope = slope + bend;
             let new_value = value + change;
             let filtered = value + half * change;
             if regular.all() {

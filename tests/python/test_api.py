@@ -39,7 +39,7 @@ def test_every_native_name_has_a_counterpart_in_its_stub_and_is_used_by_the_pack
 
     package = Path(ar.__file__).parent
     stub = (package / "_native.pyi").read_text(encoding="utf-8")
-    sources = "".join(path.read_text(encoding="utf-8") for path in package.glob("*.py"))
+    sources = "".join(path.read_text(encoding="utf-8") for path in package.rglob("*.py"))
     names = [name for name in vars(_native) if not name.startswith("__")]
     methods = [name for name in vars(_native.NativeFilter) if not name.startswith("__")]
     assert names

@@ -106,6 +106,19 @@ pub fn rows3<'a, T: Dtype>(name: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> 
     .map_err(|error| bad(name, "shape (T, 3) or (N, T, 3)", error))
 }
 
+/// Signals (T,), (T, C) or (N, T, C) as (N, T, C).
+pub fn signals<'a, T: Dtype>(name: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<ArrayView3<'a, T>> {
+    let view = array.as_array();
+    let shape = view.shape().to_vec();
+    match shape.as_slice() {
+        [_] => view.insert_axis(Axis(0)).insert_axis(Axis(2)).into_dimensionality(),
+        [_, _] => view.insert_axis(Axis(0)).into_dimensionality(),
+        [_, _, _] => view.into_dimensionality(),
+        _ => return Err(bad(name, "shape (T,), (T, C) or (N, T, C)", shape_text(&shape))),
+    }
+    .map_err(|error| bad(name, "shape (T,), (T, C) or (N, T, C)", error))
+}
+
 /// Checks that another sensor's array has the shape of the gyroscope's.
 pub fn same_shape(name: &str, shape: &[usize], gyr: &[usize]) -> PyResult<()> {
     if shape == gyr {

@@ -4,10 +4,12 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod calibration;
 mod describe;
 mod euler;
 mod filter;
 mod run;
+mod signal;
 mod sweep;
 mod watch;
 
@@ -19,9 +21,13 @@ mod _native {
     #[pymodule_export]
     use super::arrays::all_float32;
     #[pymodule_export]
+    use super::calibration::{calibrate, calibrate_at};
+    #[pymodule_export]
     use super::describe::{frames, gyr_holds, registry};
     #[pymodule_export]
     use super::euler::{euler_angles, rotation_matrices};
     #[pymodule_export]
     use super::filter::NativeFilter;
+    #[pymodule_export]
+    use super::signal::low_pass;
 }

@@ -11,12 +11,12 @@ import sys
 from typing import NoReturn
 
 import ahrs_rs
-from ahrs_rs.cli import compare, demo, filters, run
+from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, tune
 from ahrs_rs.cli._common import CliError
 
 __all__ = ["main"]
 
-COMMANDS = (run, compare, filters, demo)
+COMMANDS = (run, compare, tune, filters, calibrate, noise, demo, papers)
 
 FAILED = 2
 INTERRUPTED = 130
@@ -54,8 +54,8 @@ def main(argv: list[str] | None = None) -> int:
     except BrokenPipeError:
         _drop_output()
         return PIPE_CLOSED
-    except KeyboardInterrupt:
-        message, status = "interrupted", INTERRUPTED
+    except KeyboardInterrupt as interruption:
+        message, status = str(interruption) or "interrupted", INTERRUPTED
     except (CliError, ValueError, ImportError, MemoryError, OverflowError) as error:
         message, status = str(error) or type(error).__name__, FAILED
     except OSError as error:

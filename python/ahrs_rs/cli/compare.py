@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ahrs_rs import io, metrics, plots
 from ahrs_rs._progress import progress_bar
-from ahrs_rs.cli import _common
+from ahrs_rs.cli import _common, calibrate
 from ahrs_rs.cli._common import Choice, CliError, Commands, Settings
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
@@ -61,6 +61,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the errors over time (png, pdf, svg)")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the table")
     _common.add_reading(parser)
+    calibrate.add_option(parser)
     _common.add_settings(parser)
 
 
@@ -73,11 +74,16 @@ def compare(args: argparse.Namespace) -> int:
             raise CliError(f"{path}: no such file")
     paths = list(dict.fromkeys(args.files))
     comparison = Comparison(choices, Settings.of(args), plot=args.plot is not None)
-    recordings = (
-        (name, io.read(path, format=args.format, rate=args.rate))
-        for name, path in zip(_short_names(paths), paths, strict=True)
-    )
-    comparison.evaluate(recordings, len(paths))
+    calibrations = calibrate.given(args)
+
+    def recordings() -> Iterator[tuple[str, Recording]]:
+        for name, path in zip(_short_names(paths), paths, strict=True):
+            recording, said = calibrate.applied(calibrations, io.read(path, format=args.format, rate=args.rate))
+            for note in said:
+                comparison.notes.setdefault(note, []).append(name)
+            yield name, recording
+
+    comparison.evaluate(recordings(), len(paths))
     if not comparison.results:
         raise CliError(f"nothing to compare with: {'; '.join(comparison.note_lines())}")
 

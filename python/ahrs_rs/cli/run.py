@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import io, metrics
-from ahrs_rs.cli import _common
+from ahrs_rs.cli import _common, calibrate
 from ahrs_rs.cli._common import Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.io import write_estimate
@@ -23,6 +23,7 @@ The output has time, quaternion (scalar-first, sensor to earth), roll, pitch, ya
 (rad/s) where the filter estimates one, and status bits. See `ahrs-rs filters` for filters and parameters.
 
   ahrs-rs run walk.csv --filter madgwick --set beta=0.08 -o walk.parquet
+  ahrs-rs run walk.csv --filter vqf --calibration cal.json
   ahrs-rs run walk.csv --filter mahony --preset cocoli2023 --frame NED --declination 4.5
 """
 
@@ -57,6 +58,7 @@ def add_parser(commands: Commands) -> None:
         help=f"write the orientations ({endings}); without it: summary only",
     )
     _common.add_reading(parser)
+    calibrate.add_option(parser)
     _common.add_settings(parser)
 
 
@@ -66,9 +68,12 @@ def run(args: argparse.Namespace) -> int:
     choice = _common.choose(_common.find_filter(args.filter), args.preset, _common.assignments(args.set))
     if args.output is not None:
         _check_output(args.output, args.file)
+    calibrations = calibrate.given(args)
     recording = io.read(args.file, format=args.format, rate=args.rate)
+    recording, said = calibrate.applied(calibrations, recording)
     est = _estimate(choice, recording, settings)
     lines = _summary(choice, recording, settings, est)
+    lines += [("note", note) for note in said]
     if args.output is not None:
         write_estimate(args.output, est.t, est.quat, est.gyr_bias, est.status)
         lines.append(("wrote", str(args.output)))
@@ -96,6 +101,7 @@ def _summary(choice: Choice, recording: Recording, settings: Settings, est: Esti
         ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(sensors)})"),
         ("samples", f"{len(recording)} in {recording.duration:.6g} s, {recording.rate:.6g} Hz"),
         *(("repaired", repair) for repair in recording.meta["repairs"]),
+        *([("calibrated", " ".join(recording.meta["calibrated"]))] if recording.meta.get("calibrated") else []),
         ("filter", _description(choice, recording, settings)),
         ("status", _status_counts(est.status)),
     ]

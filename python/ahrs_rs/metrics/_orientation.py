@@ -1,15 +1,4 @@
-"""Errors of orientation estimates against a reference.
-
-All functions take arrays of any leading shape (..., 4), scalar-first, sensor to earth; one side may lack
-leading axes (many estimates against one reference). A row that holds a NaN gives NaN. A quaternion whose norm
-differs from 1 by more than 1e-3 is a ValueError; smaller differences (rounding in a file, float32) are
-normalised away. q and -q are the same orientation everywhere. Angles are computed by atan2 of lengths, which
-is exact to rounding at every angle (an arc cosine has an error of 1e-8 near zero).
-
-Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
-Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
-the distances.
-"""
+"""Errors of orientation estimates against a reference."""
 
 from __future__ import annotations
 
@@ -20,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _native, _quat
+from ahrs_rs.metrics._statistics import checked_mask, rmse
 
 __all__ = [
     "Score",
+    "StaticDynamic",
     "chordal_distance",
+    "error_angles",
     "error_quat",
     "euler",
     "euler_error",
@@ -31,8 +23,8 @@ __all__ = [
     "heading_error",
     "inclination_error",
     "inner_product_distance",
-    "rmse",
     "score",
+    "static_dynamic",
     "total_error",
 ]
 
@@ -73,32 +65,6 @@ def heading_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> F
 def inclination_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
     """Angle between the true vertical and the estimated one, 0 to π (BROAD: 2 acos √(w² + z²))."""
     return _angle(_inclination(error_quat(est, ref)), degrees)
-
-
-def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
-    """Root of the mean of squares along the last axis, over the samples of `mask`, without the NaN ones.
-
-    Parameters
-    ----------
-    error : (..., T)
-    mask : bool, broadcast to `error`; None takes every sample.
-
-    Returns
-    -------
-    A float for (T,), an array (...) otherwise; NaN where no sample is left.
-    """
-    values = np.asarray(error, dtype=np.float64)
-    if values.ndim == 0:
-        raise ValueError("error: expected shape (..., T), got ()")
-    counted = ~np.isnan(values)
-    if mask is not None:
-        counted &= _mask(mask, values.shape)
-    count = counted.sum(axis=-1)
-    squares = np.where(counted, values, 0.0) ** 2
-    mean = np.full(count.shape, np.nan)
-    np.divide(squares.sum(axis=-1), count, out=mean, where=count > 0)
-    root: FloatArray = np.sqrt(mean)
-    return float(root) if root.ndim == 0 else root
 
 
 def score(est_quat: ArrayLike, ref: ArrayLike, mask: ArrayLike | None = None, *, degrees: bool = True) -> Score:
@@ -152,10 +118,66 @@ def euler(quat: ArrayLike, *, degrees: bool = False) -> FloatArray:
     return _angle(angles, degrees)
 
 
-def euler_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
-    """Differences of roll, pitch and yaw (..., 3), estimate minus reference, wrapped to (-π, π]."""
+def euler_error(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False, convention: str = "wrapped") -> FloatArray:
+    """Differences of roll, pitch and yaw (..., 3), estimate minus reference.
+
+    Parameters
+    ----------
+    est, ref : (..., 4)
+    convention : ``"wrapped"`` to (-π, π]; or ``"absolute"``, |estimate| - |reference|, by which Ludwig & Burnham
+        (ICUAS 2018, section IV.B) keep the jump from 180° to -180° out of their errors. It takes an angle of the
+        wrong sign for a right one.
+    """
+    if convention not in ("wrapped", "absolute"):
+        raise ValueError(f"convention: expected 'wrapped' or 'absolute', got {convention!r}")
     p, q = _pair(est, ref)
+    if convention == "absolute":
+        return _angle(np.abs(euler(p)) - np.abs(euler(q)), degrees)
     return _angle(_wrap(euler(p) - euler(q)), degrees)
+
+
+def error_angles(est: ArrayLike, ref: ArrayLike, *, degrees: bool = False) -> FloatArray:
+    """Roll, pitch and yaw (..., 3) of the error conj(est) ⊗ ref, which stands in the sensor frame.
+
+    Cirillo et al. (IFAC 2014, section 5) report these in place of differences of Euler angles: a small error has
+    small angles at every attitude.
+    """
+    p, q = _pair(est, ref)
+    return euler(_quat.multiply(_quat.conjugate(p), q), degrees=degrees)
+
+
+@dataclass(frozen=True, slots=True)
+class StaticDynamic:
+    """Root-mean-square errors at rest and in motion."""
+
+    static: FloatArray
+    """(..., 3) of roll, pitch and yaw; NaN where there is no rest."""
+    dynamic: FloatArray
+    """(..., 3)"""
+
+
+def static_dynamic(
+    est: ArrayLike, ref: ArrayLike, moving: ArrayLike, mask: ArrayLike | None = None, *, degrees: bool = True
+) -> StaticDynamic:
+    """Root-mean-square `error_angles` at rest and in motion (Cirillo et al., Table 1).
+
+    Parameters
+    ----------
+    est, ref : (..., T, 4)
+    moving : bool (..., T), where the sensor moves; it rests elsewhere.
+    mask : bool (..., T), the samples that count; None takes all of them.
+    degrees : the unit of the result; rad if False.
+    """
+    error = error_angles(est, ref, degrees=degrees)
+    if error.ndim < 2:
+        raise ValueError(f"est: expected shape (..., T, 4), got {(*error.shape[:-1], 4)}")
+    motion = checked_mask("moving", moving, error.shape[:-1])
+    counted = np.ones_like(motion) if mask is None else checked_mask("mask", mask, motion.shape)
+
+    def over(samples: NDArray[np.bool_]) -> FloatArray:
+        return np.stack([rmse(error[..., axis], samples) for axis in range(3)], axis=-1)
+
+    return StaticDynamic(over(counted & ~motion), over(counted & motion))
 
 
 def _total(error: FloatArray) -> FloatArray:
@@ -198,18 +220,6 @@ def _pair(est: ArrayLike, ref: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return p, q
 
 
-def _mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    array = np.asarray(mask)
-    if array.dtype != np.bool_:
-        raise ValueError(f"mask: expected an array of bool, got dtype {array.dtype}")
-    if array.shape[-1:] != shape[-1:] or array.ndim > len(shape):
-        raise ValueError(f"mask: expected shape {shape}, got {array.shape}")
-    try:
-        return np.broadcast_to(array, shape)
-    except ValueError:
-        raise ValueError(f"mask: expected shape {shape}, got {array.shape}") from None
-
-
 def _components(quat: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     return quat[..., 0], quat[..., 1], quat[..., 2], quat[..., 3]
 
@@ -217,7 +227,8 @@ def _components(quat: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, F
 def _wrap(angle: FloatArray) -> FloatArray:
     """The same angles in (-π, π]."""
     wrapped: FloatArray = angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
-    return wrapped
+    # Rounding can leave half a turn just outside of the interval.
+    return np.where(np.abs(wrapped) >= np.pi, np.pi, wrapped)
 
 
 def _angle(radians: FloatArray, degrees: bool) -> FloatArray:

@@ -1,0 +1,63 @@
+"""Calibration of gyroscope, accelerometer and magnetometer. One model everywhere: y = S (x − b).
+
+>>> import numpy as np
+>>> import ahrs_rs as ar
+>>> random = np.random.default_rng(0)
+>>> field = random.standard_normal((2000, 3))
+>>> field *= 48.0 / np.linalg.norm(field, axis=1, keepdims=True)
+>>> fit = ar.calibration.magnetometer(field + [12.0, -3.0, 5.0])
+>>> fit.calibration.offset.round(6)
+array([12., -3.,  5.])
+
+`magnetometer` and `accelerometer` fit the ellipsoid that readings in all directions lie on; `six_positions` an
+accelerometer that was held still; `gyroscope` bias and gain from rests and known turns; `two_temperatures` and the
+`warm_up_...` functions what changes with the temperature. `Calibrations` holds what is known of a sensor, applies it to
+recordings, and is saved as cal.json, as Rust and as a C header.
+"""
+
+from ahrs_rs.calibration.allan import Allan, Coefficient, allan, allan_deviation
+from ahrs_rs.calibration.noise import Noise, SensorNoise, noise
+from ahrs_rs.calibration.rest import GyroscopeBias, Rest, find_rest, gyroscope_bias
+
+from ._common import GRAVITY, CalibrationError, CalibrationWarning
+from .ellipsoid import EllipsoidFit, accelerometer, ellipsoid, magnetometer
+from .file import Calibrations, load
+from .gyroscope import GyroscopeFit, Turn, gyroscope, gyroscope_from_reference
+from .model import Calibration, TemperatureCalibration
+from .positions import PositionsFit, held_attitudes, six_positions
+from .temperature import two_temperatures, warm_up_accelerometer, warm_up_gyroscope
+
+__all__ = [
+    "GRAVITY",
+    "Allan",
+    "Calibration",
+    "CalibrationError",
+    "CalibrationWarning",
+    "Calibrations",
+    "Coefficient",
+    "EllipsoidFit",
+    "GyroscopeBias",
+    "GyroscopeFit",
+    "Noise",
+    "PositionsFit",
+    "Rest",
+    "SensorNoise",
+    "TemperatureCalibration",
+    "Turn",
+    "accelerometer",
+    "allan",
+    "allan_deviation",
+    "ellipsoid",
+    "find_rest",
+    "gyroscope",
+    "gyroscope_bias",
+    "gyroscope_from_reference",
+    "held_attitudes",
+    "load",
+    "magnetometer",
+    "noise",
+    "six_positions",
+    "two_temperatures",
+    "warm_up_accelerometer",
+    "warm_up_gyroscope",
+]

@@ -1,0 +1,63 @@
+"""What the fits share: reading arrays, and what is said where they are not what they should be."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+#: Standard gravity, m/s².
+GRAVITY = 9.80665
+AXES = "xyz"
+
+
+class CalibrationError(ValueError):
+    """The data cannot determine what is asked for; the message says what to record."""
+
+
+class CalibrationWarning(UserWarning):
+    """A calibration that was computed, and that should be looked at."""
+
+
+def readings(name: str, value: ArrayLike) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Readings (T, 3) in float64, and which rows are there (no NaN); a ValueError for anything else."""
+    try:
+        array = (
+            np.ma.filled(np.ma.asarray(value).astype(np.float64), np.nan) if np.ma.isMA(value) else np.asarray(value)
+        )
+        if array.dtype.kind not in "fiu":
+            raise TypeError(f"dtype {array.dtype}")
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: expected an array of real numbers, got {error}") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name}: expected shape (T, 3), got {array.shape}")
+    x: FloatArray = array.astype(np.float64, copy=False)
+    total = x.sum(axis=1)  # a row that is not finite has a sum that is not
+    valid = np.isfinite(total)
+    if not valid.all():
+        infinite = np.flatnonzero(np.isinf(x).any(axis=1))
+        if infinite.size:
+            raise ValueError(
+                f"{name}: expected finite values or NaN (missing), got an infinite one at row {infinite[0]}"
+            )
+        valid = ~np.isnan(x).any(axis=1)
+    return x, valid
+
+
+def vector(name: str, value: ArrayLike, length: int) -> FloatArray:
+    """One number for each reading, in float64."""
+    array: FloatArray = np.asarray(value, dtype=np.float64)
+    if array.shape != (length,):
+        raise ValueError(f"{name}: expected shape ({length},), got {array.shape}")
+    return array
+
+
+def positive(name: str, value: Any) -> float:
+    """A positive finite number."""
+    number = float(value)
+    if not (np.isfinite(number) and number > 0):
+        raise ValueError(f"{name}: expected a positive number, got {value}")
+    return number

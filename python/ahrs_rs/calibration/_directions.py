@@ -1,0 +1,80 @@
+"""Which directions readings have seen, and what to record where they are not enough."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import _ellipsoid
+from ._common import AXES, CalibrationError, FloatArray
+
+#: Cells of equal area: bands of equal height (Archimedes) times sectors.
+BANDS, SECTORS = 6, 12
+#: A half axis was seen where a reading is within 45° of it.
+SEEN = np.cos(np.pi / 4)
+#: Readings whose spread across a plane is less than this share of that along it lie in a plane: so does a cap of 20°.
+FLAT = 0.1
+
+
+def coverage(y: FloatArray) -> float:
+    """Share of the cells of the sphere in which there is a reading (3, n)."""
+    u = y / np.sqrt((y * y).sum(axis=0))
+    band = np.clip(((u[2] + 1.0) * (0.5 * BANDS)).astype(np.int64), 0, BANDS - 1)
+    sector = ((np.arctan2(u[1], u[0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
+    hit = np.bincount(band * SECTORS + sector, minlength=BANDS * SECTORS) > 0
+    return float(np.count_nonzero(hit)) / (BANDS * SECTORS)
+
+
+def check_spread(name: str, x: FloatArray) -> None:
+    """Refuse readings (3, n) that are all the same, or lie on a line or in a plane."""
+    if not np.ptp(x, axis=1).any():
+        raise CalibrationError(f"{name}: all readings are the same: turn the sensor in all directions while recording")
+    values, vectors = np.linalg.eigh(np.cov(x))
+    spread = np.sqrt(np.maximum(values, 0.0))
+    if spread[0] >= FLAT * spread[1]:
+        return
+    normal = vectors[:, 0]
+    axis = int(np.argmax(np.abs(normal)))
+    others = " and ".join(one for k, one in enumerate(AXES) if k != axis)
+    where = "on a line" if spread[1] < FLAT * spread[2] else "in a plane"
+    raise CalibrationError(
+        f"{name}: the readings lie {where}, and say nothing about the axis {AXES[axis]} (their spread along "
+        f"({', '.join(f'{part:.2f}' for part in normal)}) is {spread[0]:.2g}, beside {spread[2]:.2g}): turn the sensor "
+        f"about {others} too, until {_pointing(name, AXES[axis])} and {_pointing(name, '-' + AXES[axis])}"
+    )
+
+
+def advice(name: str, x: FloatArray, parameters: int, core: float) -> str:
+    """What readings lack that do not determine an ellipsoid."""
+    centre = _ellipsoid.centre_of_sphere(x)
+    u = x - centre[:, None]
+    u = u[:, np.linalg.norm(u, axis=0) > 0]
+    directions = u / np.linalg.norm(u, axis=0)
+    unseen = [
+        sign + AXES[axis]
+        for axis in range(3)
+        for sign, side in (("", 1.0), ("-", -1.0))
+        if (side * directions[axis]).max() < SEEN
+    ]
+    head = f"{name}: the readings do not determine {parameters} parameters"
+    few = ""
+    if parameters == 9:
+        try:
+            _ellipsoid.fit(x, 6, core)
+            few = "; parameters=6 would do with these"
+        except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
+            pass
+    if unseen:
+        side = " (turn the sensor upside down too)" if "-z" in unseen else ""
+        listed = ", ".join(_pointing(name, half) for half in unseen)
+        return f"{head}: nothing was recorded with {listed}{side}{few}"
+    share = coverage(u)
+    seen = f"{share:.0%} of the directions were recorded"
+    if parameters == 9 and few:
+        return f"{head}: {seen}; record attitudes between those with an axis up or down, tilted by about 45°{few}"
+    return f"{head}: {seen}, or they lie on no ellipsoid; turn the sensor slowly in all directions, at one place"
+
+
+def _pointing(name: str, half: str) -> str:
+    if name == "acc":
+        return f"{half[-1]} pointing {'down' if half.startswith('-') else 'up'}"
+    return f"the field along {'−' if half.startswith('-') else '+'}{half[-1]}"

@@ -1,0 +1,346 @@
+"""Magnetometers and accelerometers by the ellipsoid that their readings lie on: 6 or 9 parameters."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _directions, _ellipsoid, _windows
+from ._common import AXES, GRAVITY, CalibrationError, CalibrationWarning, FloatArray, positive, readings
+from .model import Calibration
+
+__all__ = ["EllipsoidFit", "accelerometer", "ellipsoid", "magnetometer"]
+
+#: Earth's field is between 22 and 67 µT; inside of buildings somewhat more or less.
+FIELD_RANGE = (10.0, 150.0)
+#: A sensor is not off by more than this factor: then it is the unit.
+LARGEST_GAIN = 2.0
+#: Where a scale factor or an offset is not known to this share of the norm, it is not known.
+LARGEST_UNCERTAINTY = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EllipsoidFit:
+    """A calibration by an ellipsoid, with what tells how good it is."""
+
+    calibration: Calibration
+    norm: float
+    """Of calibrated readings: the given one, or the estimated one."""
+    norm_std: float
+    """Standard deviation of an estimated norm; 0 where it was given."""
+    names: tuple[str, ...]
+    """Of the parameters: S_xx, S_yy, S_zz, with nine S_xy, S_xz, S_yz, and b_x, b_y, b_z."""
+    values: FloatArray
+    """(p,) the parameters."""
+    covariance: FloatArray
+    """(p, p) of the parameters: by the residuals, with their correlation in time; no law of the noise is assumed."""
+    residual_rms: float
+    """Of the calibrated norm about `norm`, over the readings that are no outliers, in the unit of the readings."""
+    residual_max: float
+    """The largest of them."""
+    correlation: float
+    """So many readings tell what one independent reading does (1: white noise)."""
+    deviation_before: float
+    """Standard deviation of the norm of the readings over its mean, % (Cirillo et al. 2014), outliers included."""
+    deviation_after: float
+    """The same of the calibrated readings."""
+    coverage: float
+    """Share of 72 cells of equal area of the sphere that the readings have seen."""
+    observability: float
+    """Information about the least known combination of parameters, over that of evenly spread directions."""
+    samples: int
+    """Readings that were used."""
+    outliers: int
+    missing: int
+    """Rows without a reading (NaN)."""
+    left_out: int
+    """Rows in motion that an accelerometer's fit did not look at."""
+
+    @property
+    def std(self) -> FloatArray:
+        """(p,) standard deviations of the parameters."""
+        std: FloatArray = np.sqrt(np.diag(self.covariance))
+        return std
+
+    def summary(self) -> str:
+        """All of it for reading, over several lines."""
+        lines = [
+            f"norm       {self.norm:.5g}" + (f" ± {self.norm_std:.2g}" if self.norm_std else " (given)"),
+            *(
+                f"{name:<10} {value:.6g} ± {std:.2g}"
+                for name, value, std in zip(self.names, self.values, self.std, strict=True)
+            ),
+            f"deviation  {self.deviation_before:.3g} % of the norm before, {self.deviation_after:.3g} % after",
+            f"residual   {self.residual_rms:.3g} RMS, {self.residual_max:.3g} at most, "
+            f"correlated over {self.correlation:.3g} readings",
+            f"coverage   {self.coverage:.0%} of the directions, observability {self.observability:.2g}",
+            f"readings   {self.samples} used, {self.outliers} outliers, {self.missing} missing, "
+            f"{self.left_out} in motion",
+        ]
+        return "\n".join(lines)
+
+
+def ellipsoid(
+    x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x", core: float = 0.5
+) -> EllipsoidFit:
+    """The calibration that puts readings on a sphere about zero: ‖S (x − b)‖ is the same for all.
+
+    The start is the linear least squares of Cirillo et al. 2014 (eqs 1-6; nine parameters the same way) inside of a
+    least median of squares, then Gauss-Newton on the norms of the calibrated readings, with readings farther off than
+    four robust standard deviations (median of the absolute residuals) left out as outliers.
+
+    Parameters
+    ----------
+    x : (T, 3); rows with NaN are left out.
+    parameters : 6 (S diagonal: a scale and an offset an axis) or 9 (S symmetric and positive definite: soft iron too).
+        What a symmetric S leaves open is a rotation of the whole sensor, which norms say nothing about.
+    norm : of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume: det S = 1.
+    name : of the readings, in errors.
+    core : share of readings (counted by how few are near to them) that are no outliers for sure: 0.5 or 0.3.
+
+    Returns
+    -------
+    EllipsoidFit
+        Its calibration has 1σ uncertainties and the deviations of the norm in `info`.
+
+    Raises
+    ------
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        A wrong shape or dtype, an infinite value, an unknown number of parameters.
+    """
+    if parameters not in (6, 9):
+        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    if core not in (0.3, 0.5):
+        raise ValueError(f"core: expected 0.5 or 0.3, got {core!r}")
+    if norm is not None:
+        norm = positive("norm", norm)
+    array, valid = readings(name, x)
+    missing = len(array) - int(np.count_nonzero(valid))
+    rows = array if not missing else array[valid]
+    return _fit(rows, parameters, norm, name, core, missing, 0)
+
+
+def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = None) -> EllipsoidFit:
+    """Hard iron (b) and scale or soft iron (S) of a magnetometer that was turned in all directions in a steady field.
+
+    Parameters
+    ----------
+    mag : (T, 3) in µT; another unit works where `norm` is not given, with a warning.
+    parameters : 9 or 6, as in `ellipsoid`.
+    norm : of the local field, µT, as a map of the field tells it; None estimates it.
+
+    Raises
+    ------
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        As `ellipsoid`; or readings that differ from the given norm by more than a factor of 2: another unit.
+
+    Warns
+    -----
+    CalibrationWarning
+        A field that is not Earth's in µT.
+    """
+    fit = ellipsoid(mag, parameters=parameters, norm=norm, name="mag")
+    radius = fit.norm / _mean_gain(fit)
+    if norm is not None:
+        _check_unit(
+            "mag", radius, norm, "µT", {1e-2: "Gauss (times 100)", 1e-6: "Tesla (times 1e6)", 1e3: "nT (over 1000)"}
+        )
+    elif not FIELD_RANGE[0] <= radius <= FIELD_RANGE[1]:
+        warnings.warn(
+            f"mag: the norm is {radius:.3g}, but Earth's field is 22 to 67 µT: are the readings in another unit? The "
+            "calibration is right up to that factor",
+            CalibrationWarning,
+            stacklevel=2,
+        )
+    return fit
+
+
+def accelerometer(
+    acc: ArrayLike,
+    *,
+    rate: float | None = None,
+    select: str = "rest",
+    still: ArrayLike | None = None,
+    parameters: int = 6,
+    gravity: float = GRAVITY,
+    window: float = 0.25,
+) -> EllipsoidFit:
+    """Scale and offset of an accelerometer, by gravity alone: ‖S (x − b)‖ = g wherever it rests or turns slowly.
+
+    Parameters
+    ----------
+    acc : (T, 3) in m/s², at rest in many attitudes, or slowly turned.
+    rate : Hz; needed to find the windows in which the sensor rests.
+    select : "rest" takes the means of windows in which the readings vary no more than at rest (three times the spread
+        of the quietest tenth). "robust" takes all readings; those that fit to no sphere (external acceleration) are
+        outliers, as long as three in ten are of a sensor that rests.
+    still : (T,) bool, the samples at rest where they are known (then nothing is looked for). Their means over windows
+        are taken where `rate` is given, else the samples themselves.
+    parameters : 6, or 9 with cross-axis sensitivity (then not only attitudes with an axis up and down are needed).
+    gravity : local gravity, m/s².
+    window : length of a window, s.
+
+    Raises
+    ------
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        As `ellipsoid`; or readings that are off by more than a factor of 2: another unit.
+    """
+    gravity = positive("gravity", gravity)
+    if parameters not in (6, 9):
+        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    if select not in ("rest", "robust"):
+        raise ValueError(f'select: expected "rest" or "robust", got {select!r}')
+    array, valid = readings("acc", acc)
+    missing = len(array) - int(np.count_nonzero(valid))
+    core = 0.5
+    if still is not None:
+        resting = np.asarray(still)
+        if resting.dtype.kind != "b" or resting.shape != (len(array),):
+            raise ValueError(f"still: expected bool of shape ({len(array)},), got {resting.dtype} of {resting.shape}")
+        used = resting & valid
+        rows = array[used] if rate is None else _windows.means(np.where(used[:, None], array, np.nan), rate, window)
+        left_out = len(array) - missing - int(np.count_nonzero(used))
+    elif select == "rest":
+        if rate is None:
+            raise ValueError('rate: needed to find the windows at rest; without it: still=, or select="robust"')
+        rest = _windows.resting(array, rate, window)
+        rows = rest.means
+        left_out = max(len(array) - missing - len(rows) * rest.length, 0)
+    else:
+        rows, left_out, core = array[valid], 0, 0.3
+    if len(rows):
+        size = float(np.median(np.linalg.norm(rows, axis=1)))
+        _check_unit("acc", size, gravity, "m/s²", {1.0 / GRAVITY: f"g (times {GRAVITY})", 1e3 / GRAVITY: "mg"})
+    return _fit(rows, parameters, gravity, "acc", core, missing, left_out)
+
+
+def _fit(
+    rows: FloatArray, parameters: int, norm: float | None, name: str, core: float, missing: int, left_out: int
+) -> EllipsoidFit:
+    if len(rows) < parameters:
+        found = "readings" if not left_out else "windows at rest"
+        raise CalibrationError(
+            f"{name}: expected at least {parameters} {found} for {parameters} parameters, got {len(rows)}"
+            f" ({missing} are NaN{f', {left_out} in motion' if left_out else ''}): "
+            "record more, with the sensor turned in all directions"
+        )
+    x = np.ascontiguousarray(rows.T)
+    _directions.check_spread(name, x)
+    try:
+        # Products of numbers as large or as small as Tesla squared are far from the ends of the range; of others not.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            found_fit = _ellipsoid.fit(x, parameters, core)
+    except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
+        raise CalibrationError(_directions.advice(name, x, parameters, core)) from None
+    a, b, keep = found_fit.matrix, found_fit.centre, found_fit.keep
+    y = a @ (x - b[:, None])
+    observability = _ellipsoid.observability(y[:, keep], parameters)
+    relative = np.sqrt(found_fit.correlation / (np.count_nonzero(keep) * observability * _ellipsoid.EVEN_INFORMATION))
+    uncertainty = float(found_fit.deviation / found_fit.radius * relative)
+    if not uncertainty < LARGEST_UNCERTAINTY:
+        hint = "away from magnets and iron" if name == "mag" else "at rest in each attitude"
+        raise CalibrationError(
+            f"{name}: the parameters would be known to {uncertainty:.0%} only (residuals of {found_fit.deviation:.2g}, "
+            f"correlated over {found_fit.correlation:.0f} of {len(rows)} readings): record longer, in all directions, "
+            f"{hint}"
+        )
+    values, covariance, radius, radius_std = _scaled(found_fit, parameters, norm)
+    matrix = _symmetric(values[:-3])
+    calibrated = np.sqrt((y * y).sum(axis=0))
+    residual = np.abs(found_fit.residual[keep]) * (radius / found_fit.radius)
+    names = tuple(f"S_{axis}{axis}" for axis in AXES)
+    if parameters == 9:
+        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _ellipsoid.PAIRS)
+    names += tuple(f"b_{axis}" for axis in AXES)
+    before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(calibrated)
+    std = np.sqrt(np.diag(covariance))
+    info: dict[str, Any] = {
+        "method": f"ellipsoid, {parameters} parameters",
+        "norm": radius,
+        "norm_std": radius_std,
+        "std": dict(zip(names, std.tolist(), strict=True)),
+        "norm_deviation_percent": {"before": before, "after": after},
+        "samples": int(np.count_nonzero(keep)),
+        "outliers": int(np.count_nonzero(~keep)),
+    }
+    return EllipsoidFit(
+        calibration=Calibration(matrix, b, info),
+        norm=radius,
+        norm_std=radius_std,
+        names=names,
+        values=values,
+        covariance=covariance,
+        residual_rms=found_fit.deviation * (radius / found_fit.radius),
+        residual_max=float(residual.max()),
+        correlation=found_fit.correlation,
+        deviation_before=before,
+        deviation_after=after,
+        coverage=_directions.coverage(y[:, keep]),
+        observability=observability,
+        samples=info["samples"],
+        outliers=info["outliers"],
+        missing=missing,
+        left_out=left_out,
+    )
+
+
+def _scaled(
+    fit: _ellipsoid.Ellipsoid, parameters: int, norm: float | None
+) -> tuple[FloatArray, FloatArray, float, float]:
+    """Parameters and covariance for the norm: S = r A, with r = det(A)^(-1/3) where it is not given."""
+    a, count = fit.matrix, parameters - 3
+    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]))
+    jacobian = np.eye(parameters)
+    norm_std = 0.0
+    if norm is None:
+        radius = float(np.linalg.det(a)) ** (-1.0 / 3.0)
+        inverse = np.linalg.inv(a)
+        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]
+        slope = -radius / 3.0 * np.array(weights)  # dr/dA
+        norm_std = float(np.sqrt(slope @ fit.covariance[:count, :count] @ slope))
+        jacobian[:count, :count] = radius * np.eye(count) + np.outer(entries, slope)
+    else:
+        radius = norm
+        jacobian[:count, :count] *= radius
+    values = np.concatenate((radius * entries, fit.centre))
+    covariance: FloatArray = jacobian @ fit.covariance @ jacobian.T
+    return values, covariance, radius, norm_std
+
+
+def _symmetric(values: FloatArray) -> FloatArray:
+    matrix: FloatArray = np.diag(values[:3])
+    for value, (i, j) in zip(values[3:], _ellipsoid.PAIRS, strict=False):
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
+
+
+def _mean_gain(fit: EllipsoidFit) -> float:
+    gain: float = float(np.linalg.det(fit.calibration.matrix)) ** (1.0 / 3.0)
+    return gain
+
+
+def _deviation(norms: NDArray[np.float64]) -> float:
+    """Cirillo's measure, in %: the standard deviation of ‖y‖ over its mean."""
+    mean = float(norms.mean())
+    return 100.0 * float(norms.std()) / mean if mean > 0 else math.inf
+
+
+def _check_unit(name: str, size: float, expected: float, unit: str, others: dict[float, str]) -> None:
+    """Refuse readings that are far from what they measure."""
+    ratio = size / expected
+    if 1.0 / LARGEST_GAIN <= ratio <= LARGEST_GAIN:
+        return
+    guess = [text for factor, text in others.items() if 1.0 / LARGEST_GAIN <= ratio / factor <= LARGEST_GAIN]
+    hint = f": are they in {guess[0]}?" if guess else ""
+    raise ValueError(f"{name}: expected readings of about {expected:.4g} {unit}, got {size:.3g}{hint}")

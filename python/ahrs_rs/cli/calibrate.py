@@ -1,0 +1,367 @@
+"""``ahrs-rs calibrate``: calibrations of a sensor's parts from recordings; and the option by which they are applied."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ahrs_rs import calibration, io, plots
+from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
+from ahrs_rs.cli import _common
+from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+EPILOG = """\
+cal.json holds one or several sensors: calibrating another one adds it. `ahrs-rs run --calibration cal.json` applies it.
+
+  ahrs-rs calibrate mag turned-in-all-directions.csv -o cal.json --plot
+  ahrs-rs calibrate acc held-in-many-attitudes.csv -o cal.json
+  ahrs-rs calibrate gyr turns.csv --turns x=360,y=360,z=360 -o cal.json
+  ahrs-rs calibrate export cal.json --rust calibration.rs --c-header calibration.h
+"""
+
+#: A still phase between two turns lasts so long at least, s.
+HOLD = 0.5
+#: Samples of a plot.
+POINTS = 5000
+
+
+def add_parser(commands: Commands) -> None:
+    """The parsers of this command and of what it calibrates."""
+    parser = commands.add_parser(
+        "calibrate",
+        help="calibrate magnetometer, accelerometer or gyroscope from a recording",
+        description="Calibrate a sensor: y = S (x - b).",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(function=_no_sensor)
+    sensors = parser.add_subparsers(title="sensors", metavar="SENSOR")
+    mag = _sensor(sensors, "mag", "magnetometer: hard iron, scale, soft iron; turned in all directions", magnetometer)
+    _ellipsoid_options(mag, 9)
+    mag.add_argument(
+        "--norm", type=_common.positive, metavar="UT", help="of the local field, µT (default: estimated, det S = 1)"
+    )
+    acc = _sensor(sensors, "acc", "accelerometer: scale and offset; held still in many attitudes", accelerometer)
+    _ellipsoid_options(acc, 6)
+    acc.add_argument(
+        "--method",
+        choices=("rest", "robust", "positions"),
+        default="rest",
+        help="windows at rest, all readings with motion as outliers, or six (or more) positions that were held "
+        "(default: %(default)s)",
+    )
+    acc.add_argument(
+        "--gravity",
+        type=_common.positive,
+        default=calibration.GRAVITY,
+        metavar="G",
+        help="local gravity, m/s² (default: %(default)s)",
+    )
+    gyr = _sensor(sensors, "gyr", "gyroscope: bias from rests, gain from known turns or a reference", gyroscope)
+    how = gyr.add_mutually_exclusive_group()
+    how.add_argument(
+        "--turns",
+        metavar="AXIS=DEG,...",
+        help="the turns between the rests of the recording in their order, like x=360,y=-360,z=360",
+    )
+    how.add_argument("--reference", action="store_true", help="compare with the recording's reference orientation")
+    export = sensors.add_parser("export", help="cal.json as source code for firmware", allow_abbrev=False)
+    export.set_defaults(function=write_sources)
+    export.add_argument("file", type=Path, metavar="FILE", help="cal.json")
+    _source_options(export)
+
+
+def _no_sensor(args: argparse.Namespace) -> int:
+    raise CliError("expected a sensor: mag, acc, gyr, or export (see ahrs-rs calibrate --help)")
+
+
+def _sensor(
+    sensors: Any, name: str, text: str, function: Callable[[argparse.Namespace], int]
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = sensors.add_parser(name, help=text, description=text, allow_abbrev=False)
+    parser.set_defaults(function=function, sensor=name)
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings, taken together")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="cal.json to write, or to add this sensor to")
+    _source_options(parser)
+    _common.add_reading(parser)
+    return parser
+
+
+def _ellipsoid_options(parser: argparse.ArgumentParser, parameters: int) -> None:
+    parser.add_argument(
+        "--parameters",
+        type=int,
+        choices=(6, 9),
+        default=parameters,
+        help="6: scale and offset of each axis; 9: a symmetric matrix (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--plot",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        metavar="FILE",
+        help="draw the readings before and after (png, pdf, svg; default: beside the output)",
+    )
+
+
+def _source_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--rust", type=Path, metavar="FILE", help="write constants in Rust, float32")
+    parser.add_argument("--c-header", type=Path, metavar="FILE", help="write constants in C, float32")
+
+
+def magnetometer(args: argparse.Namespace) -> int:
+    """The command for magnetometers."""
+    return _ellipsoid(args, lambda mag, _: calibration.magnetometer(mag, parameters=args.parameters, norm=args.norm))
+
+
+def accelerometer(args: argparse.Namespace) -> int:
+    """The command for accelerometers."""
+    if args.method == "positions":
+        return _positions(args)
+    return _ellipsoid(
+        args,
+        lambda acc, rate: calibration.accelerometer(
+            acc, rate=rate, select=args.method, parameters=args.parameters, gravity=args.gravity
+        ),
+    )
+
+
+def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], calibration.EllipsoidFit]) -> int:
+    if args.plot == Path():
+        args.plot = (args.output or Path("calibration.png")).with_suffix(".png")
+    _check_outputs(args)
+    recordings = _read(args)
+    readings = _joined(args.sensor, recordings)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", CalibrationWarning)
+        found = fit(readings, recordings[0].rate)
+    print(f"{args.sensor}        {' '.join(map(str, args.files))}")
+    print(found.summary())
+    for one in caught:
+        print(f"note       {one.message}")
+    _write(args, found.calibration)
+    if args.plot is not None:
+        plots.save(figure(readings, found, args.sensor), args.plot)
+        print(f"wrote      {args.plot}")
+    return 0
+
+
+def _positions(args: argparse.Namespace) -> int:
+    _check_outputs(args)
+    if args.plot is not None:
+        raise CliError("--plot: there is none of the method positions")
+    held: list[FloatArray] = []
+    for recording in _read(args):
+        acc = _joined("acc", [recording])
+        held += [acc[part] for part in calibration.held_attitudes(acc, recording.rate)]
+    found = calibration.six_positions(held, gravity=args.gravity)
+    std = np.full(6, np.nan) if found.covariance is None else np.sqrt(np.diag(found.covariance))
+    print(f"positions  {len(held)} held for a second or more")
+    for k, axis in enumerate("xyz"):
+        print(
+            f"{axis}          gain {found.gain[k]:.6g} ± {std[k]:.2g}, bias {found.bias[k]:.6g} ± {std[3 + k]:.2g} m/s²"
+        )
+    print(f"residual   {np.abs(found.residual).max():.3g} m/s² at most")
+    _write(args, found.calibration)
+    return 0
+
+
+def gyroscope(args: argparse.Namespace) -> int:
+    """The command for gyroscopes."""
+    _check_outputs(args)
+    if len(args.files) != 1:
+        raise CliError(f"expected one recording of a gyroscope, got {len(args.files)}")
+    (recording,) = _read(args)
+    if args.reference:
+        if recording.ref is None:
+            raise CliError(f"--reference: {args.files[0]} has no reference")
+        found = calibration.gyroscope_from_reference(recording.gyr, recording.ref, t=recording.t)
+    else:
+        turns = _turns(args.turns) if args.turns else []
+        rests = _rests(recording)
+        rest = np.concatenate([recording.gyr[part] for part in rests])
+        found = calibration.gyroscope(rest, _cut(recording, rests, turns))
+    print(f"gyr        {args.files[0]}")
+    for k, axis in enumerate("xyz"):
+        gain = f"gain {found.gain[k, k]:.6g} ± {found.gain_std[k, k]:.2g}, " if args.turns or args.reference else ""
+        print(f"{axis}          {gain}bias {found.bias[k]:.6g} ± {found.bias_std[k]:.2g} rad/s")
+    _write(args, found.calibration)
+    return 0
+
+
+def _turns(text: str) -> list[tuple[str, float]]:
+    turns = []
+    for one in text.split(","):
+        axis, _, angle = (part.strip() for part in one.partition("="))
+        try:
+            turns.append((axis, math.radians(float(angle))))
+        except ValueError:
+            axis = ""
+        if axis not in tuple("xyz"):
+            raise CliError(f"--turns: expected AXIS=DEG like x=360, got {one!r}")
+    return turns
+
+
+def _rests(recording: Recording) -> list[slice]:
+    """The phases in which the gyroscope rests, and turns by less than any bias."""
+    window = 0.1
+    # The selection is made for accelerometers: rates in units in which its limits are those of gyroscopes at rest.
+    rest = _windows.resting(recording.gyr * 10.0, recording.rate, window)
+    calm = np.linalg.norm(rest.means - np.median(rest.means, axis=0), axis=1) < 1.0 if len(rest.means) else []
+    index = rest.index[calm]
+    if not len(index):
+        raise CalibrationError("gyr: the sensor does not rest: let it lie still for some seconds")
+    runs = np.split(index, np.flatnonzero(np.diff(index) > 1) + 1)
+    least = max(round(HOLD / window), 1)
+    phases = [slice(run[0] * rest.length, (run[-1] + 1) * rest.length) for run in runs if len(run) >= least]
+    if not phases:
+        raise CalibrationError(
+            f"gyr: the sensor does not rest for {HOLD} s anywhere: let it lie still for some seconds"
+        )
+    return phases
+
+
+def _cut(recording: Recording, rests: list[slice], turns: list[tuple[str, float]]) -> list[calibration.Turn]:
+    """What is between the rests, where it is one of the turns that are known."""
+    if not turns:
+        return []
+    bias = np.nanmean(np.concatenate([recording.gyr[part] for part in rests]), axis=0)
+    between = []
+    for before, after in itertools.pairwise(rests):
+        part = slice((before.start + before.stop) // 2, (after.start + after.stop) // 2)
+        angle = np.nansum((recording.gyr[part] - bias)[1:] * np.diff(recording.t[part])[:, None], axis=0)
+        if np.linalg.norm(angle) > 0.5:
+            between.append(part)
+    if len(between) != len(turns):
+        raise CliError(f"--turns: the recording has {len(between)} turns between its rests, got {len(turns)}")
+    return [
+        calibration.Turn(recording.gyr[part], axis, angle, t=recording.t[part])
+        for part, (axis, angle) in zip(between, turns, strict=True)
+    ]
+
+
+def write_sources(args: argparse.Namespace) -> int:
+    """The command that writes cal.json as source code."""
+    if args.rust is None and args.c_header is None:
+        raise CliError("expected --rust FILE or --c-header FILE")
+    args.output = None
+    _check_outputs(args)
+    _sources(args, calibration.load(args.file))
+    return 0
+
+
+def _sources(args: argparse.Namespace, calibrations: Calibrations) -> None:
+    for path, text in ((args.rust, Calibrations.to_rust), (args.c_header, Calibrations.to_c)):
+        if path is not None:
+            path.write_text(text(calibrations), encoding="utf-8")
+            print(f"wrote      {path}")
+
+
+def _write(args: argparse.Namespace, found: Calibration) -> None:
+    if args.output is not None:
+        found.save(args.output, args.sensor)
+        print(f"wrote      {args.output}")
+    _sources(args, Calibrations(**{args.sensor: found}))
+
+
+def _check_outputs(args: argparse.Namespace) -> None:
+    inputs = getattr(args, "files", None) or [args.file]
+    for path, option in ((args.output, "-o"), (args.rust, "--rust"), (args.c_header, "--c-header")):
+        if path is not None:
+            _common.check_output(path, option, inputs)
+    if args.output is not None:
+        if args.output.suffix.lower() != ".json":
+            raise CliError(f"-o: expected a name that ends in .json, got {args.output.name!r}")
+        if args.output.exists():
+            calibration.load(args.output)  # what is no calibration is not written over
+    if getattr(args, "plot", None) is not None:
+        _common.check_output(args.plot, "--plot", inputs)
+        plots.require_matplotlib()
+        try:
+            plots.check_ending(args.plot)
+        except ValueError as error:
+            raise CliError(f"--plot: {str(error).removeprefix('path: ')}") from None
+
+
+def _read(args: argparse.Namespace) -> list[Recording]:
+    return [io.read(path, format=args.format, rate=args.rate) for path in args.files]
+
+
+def _joined(sensor: str, recordings: list[Recording]) -> FloatArray:
+    parts = [getattr(recording, sensor) for recording in recordings]
+    for part, recording in zip(parts, recordings, strict=True):
+        if part is None:
+            raise CliError(f"{recording.meta.get('path')}: has no {sensor}")
+    return np.concatenate(parts)
+
+
+def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -> Figure:
+    """The readings in the three planes before and after, over the sphere, and their norms."""
+    plots.require_matplotlib()
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    raw = readings[~np.isnan(readings).any(axis=1)]
+    raw = raw[:: max(len(raw) // POINTS, 1)]
+    after = found.calibration.apply(raw)
+    drawn = Figure(figsize=(12, 7), layout="constrained")
+    grid = drawn.subplots(2, 4)
+    rows = (("before", raw, found.deviation_before), ("after", after, found.deviation_after))
+    for row, (label, points, deviation) in enumerate(rows):
+        for column, (i, j) in enumerate(((0, 1), (0, 2), (1, 2))):
+            axes = grid[row, column]
+            axes.plot(points[:, i], points[:, j], ".", markersize=2, color=f"C{row}")
+            axes.add_patch(Circle((0, 0), found.norm, fill=False, color="0.4"))
+            axes.set_aspect("equal", "datalim")
+            axes.set_xlabel(f"{'xyz'[i]} {label}")
+            axes.set_ylabel("xyz"[j])
+            axes.grid(True, color="0.9")
+        axes = grid[row, 3]
+        axes.plot(np.linalg.norm(points, axis=1), ".", markersize=2, color=f"C{row}")
+        axes.axhline(found.norm, color="0.4")
+        axes.set_title(f"norm {label}: ± {deviation:.2g} %", fontsize="medium")
+        axes.set_xlabel("reading")
+    drawn.suptitle(f"{sensor}: {found.calibration.info['method']}")
+    return drawn
+
+
+def add_option(parser: argparse.ArgumentParser) -> None:
+    """The option of other commands by which recordings are calibrated."""
+    parser.add_argument(
+        "--calibration", type=Path, metavar="FILE", help="cal.json of `ahrs-rs calibrate`, applied to the readings"
+    )
+
+
+def given(args: argparse.Namespace) -> Calibrations | None:
+    """The calibrations that `add_option` asks for."""
+    return None if args.calibration is None else calibration.load(args.calibration)
+
+
+def applied(calibrations: Calibrations | None, recording: Recording) -> tuple[Recording, list[str]]:
+    """The recording with the calibrations, and what is to be known of them."""
+    if calibrations is None:
+        return recording, []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", CalibrationWarning)
+        result = calibrations.apply(recording)
+    notes = [str(one.message) for one in caught]
+    lacking = [sensor for sensor, _ in calibrations if getattr(recording, sensor) is None]
+    if lacking:
+        notes.append(f"calibrated, but not in the recording: {', '.join(lacking)}")
+    return result, notes

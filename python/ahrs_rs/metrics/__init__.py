@@ -1,0 +1,21 @@
+"""Errors of orientation estimates against a reference, and the numbers that sum them up.
+
+The functions of orientations take arrays of any leading shape (..., 4), scalar-first, sensor to earth; one side may
+lack leading axes (many estimates against one reference). A row that holds a NaN gives NaN. A quaternion whose norm
+differs from 1 by more than 1e-3 is a ValueError; smaller differences (rounding in a file, float32) are
+normalised away. q and -q are the same orientation everywhere. Angles are computed by atan2 of lengths, which
+is exact to rounding at every angle (an arc cosine has an error of 1e-8 near zero).
+
+The numbers (`rmse`, `mae`, `mad`, ...) are taken along the last axis of errors (..., T) of any unit, over the samples
+of a mask, without the NaN ones; they are NaN where no sample is left.
+
+Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
+Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
+the distances; Yin, Li, Jilkov, IEEE Signal Processing Letters 22(11), 2015, for `imre`.
+"""
+
+from ahrs_rs.metrics import _orientation, _statistics
+from ahrs_rs.metrics._orientation import *  # noqa: F403
+from ahrs_rs.metrics._statistics import *  # noqa: F403
+
+__all__ = [*_orientation.__all__, *_statistics.__all__]

@@ -1,0 +1,156 @@
+"""The report: one HTML file with everything in it, and the tables as CSV files."""
+
+from __future__ import annotations
+
+import html
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ahrs_rs.papers._study import Plot, Study, Table
+from ahrs_rs.papers._text import claims_with_numbers, comma_separated
+
+PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>Five papers on attitude estimation, reproduced</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 75em; margin: 2em auto; padding: 0 1em; color: #222; }}
+table {{ border-collapse: collapse; margin: 0.5em 0 0.3em; }}
+td, th {{ padding: 0.2em 0.8em; border-bottom: 1px solid #ddd; text-align: right; vertical-align: top; }}
+td:first-child, th:first-child, td.text {{ text-align: left; }}
+caption {{ text-align: left; font-weight: 600; padding-top: 1em; }}
+p.note {{ color: #555; max-width: 60em; margin-top: 0; }}
+.holds {{ color: #06692d; }} .refuted {{ color: #a3211a; }}
+.plot {{ height: 420px; margin: 1em 0; }}
+</style>
+<script>
+// Before all else: what goes wrong in a script is counted, and shown.
+window.addEventListener("error", event => {{
+  const told = document.documentElement.dataset;
+  told.errors = (told.errors ? told.errors + "; " : "") + event.message;
+}});
+</script>
+<script>{library}</script>
+</head>
+<body>
+<h1>Five papers on attitude estimation, reproduced</h1>
+{body}
+<script type="application/json" id="figures">{figures}</script>
+<script>
+const figures = JSON.parse(document.getElementById("figures").textContent);
+const told = document.documentElement.dataset;
+told.plots = figures.length;
+told.drawn = 0;
+figures.forEach((figure, index) => {{
+  const layout = Object.assign({{margin: {{t: 50, r: 20}}, template: "none", hovermode: "closest"}}, figure.layout);
+  layout.title = {{text: figure.title}};
+  Plotly.newPlot("plot-" + index, figure.data, layout, {{responsive: true, displaylogo: false}})
+    .then(() => {{ told.drawn = Number(told.drawn) + 1; }})
+    .catch(error => {{ told.errors = String(error); }});
+}});
+</script>
+</body>
+</html>
+"""
+
+
+def require_plotly() -> None:
+    """Raise an ImportError that says what to install, where plotly is missing."""
+    try:
+        import plotly.offline  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise ImportError("the report needs plotly: pip install ahrs-rs[papers]") from error
+
+
+def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequence[str]) -> list[Path]:
+    """Write report.html and a CSV file for every table into a directory; return their paths.
+
+    Raises
+    ------
+    ImportError
+        plotly is not installed.
+    """
+    require_plotly()
+    from plotly.offline import get_plotlyjs
+
+    directory.mkdir(parents=True, exist_ok=True)
+    figures = [plot for study in studies for plot in study.plots]
+    page = PAGE.format(
+        library=get_plotlyjs(),
+        body=_body(studies, seed, recordings),
+        # "</" would end the script element.
+        figures=json.dumps([_figure(plot) for plot in figures]).replace("</", "<\\/"),
+    )
+    report = directory / "report.html"
+    report.write_text(page, encoding="utf-8")
+    written = [report]
+    for name, table in _files(studies).items():
+        path = directory / name
+        path.write_text(comma_separated(table), encoding="utf-8")
+        written.append(path)
+    return written
+
+
+def environment(seed: int, recordings: Sequence[str]) -> dict[str, str]:
+    """What the numbers were made with."""
+    from ahrs_rs import __version__
+
+    return {
+        "ahrs_rs": __version__,
+        "Python": platform.python_version(),
+        "numpy": np.__version__,
+        "machine": f"{platform.system()} {platform.machine()}",
+        "seed": str(seed),
+        "recordings": f"{len(recordings)}: {', '.join(recordings)}" if recordings else "none (AHRS_RS_DATA is not set)",
+    }
+
+
+def _files(studies: Sequence[Study]) -> Mapping[str, Table]:
+    files = {
+        f"{study.name}_{number}.csv": table for study in studies for number, table in enumerate(study.tables, start=1)
+    }
+    return files | {"claims.csv": claims_with_numbers(studies)}
+
+
+def _figure(plot: Plot) -> dict[str, object]:
+    return {"title": plot.title, "data": list(plot.data), "layout": dict(plot.layout)}
+
+
+def _body(studies: Sequence[Study], seed: int, recordings: Sequence[str]) -> str:
+    made = [[name, text] for name, text in environment(seed, recordings).items()]
+    parts = [
+        "<p>Ours beside the published numbers. Drag over a plot to zoom, double-click to see all of it.</p>",
+        _table(claims_with_numbers(studies)),
+        _table(Table("Environment", ["what", "which"], made)),
+    ]
+    number = 0
+    for study in studies:
+        parts.append(f'<h2 id="{study.name}">{html.escape(study.name)}</h2>')
+        parts.append(f"<p><em>{html.escape(study.title)}</em></p>")
+        parts += [f"<p>{html.escape(text)}</p>" for text in study.protocol.split("\n\n")]
+        parts += [_table(table) for table in study.tables]
+        for _ in study.plots:
+            parts.append(f'<div class="plot" id="plot-{number}"></div>')
+            number += 1
+    return "\n".join(parts)
+
+
+def _table(table: Table) -> str:
+    columns, rows = table.shown()
+    title = html.escape(table.title) + (" (measured)" if table.measured else "")
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    lines = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]
+    note = f'<p class="note">{html.escape(table.note)}</p>' if table.note else ""
+    return f"<table><caption>{title}</caption><tr>{head}</tr>\n" + "\n".join(lines) + f"</table>{note}"
+
+
+def _cell(text: str) -> str:
+    kind = {"holds": "holds", "does not hold": "refuted"}.get(text, "")
+    if not kind and len(text) > 12:
+        kind = "text"
+    return f'<td class="{kind}">{html.escape(text)}</td>' if kind else f"<td>{html.escape(text)}</td>"

@@ -1,0 +1,78 @@
+"""Tables as text for a terminal, for documents and for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+
+from ahrs_rs.papers._study import Study, Table, Verdict
+
+
+def plain(table: Table) -> str:
+    """For a terminal."""
+    columns, rows = table.shown()
+    lines = [table.title, ""]
+    widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)]
+    for row in (columns, *rows):
+        padded = [_aligned(text, width, i) for i, (text, width) in enumerate(zip(row, widths, strict=True))]
+        lines.append("  ".join(padded).rstrip())
+    return "\n".join([*lines, *([table.note] if table.note else [])])
+
+
+def markdown(table: Table) -> str:
+    """For documents: without what is of this machine only."""
+    columns, rows = table.shown(portable=True)
+    rule = ["---", *["---:"] * (len(columns) - 1)]
+    lines = ["| " + " | ".join(row) + " |" for row in (columns, rule, *rows)]
+    head = [f"**{table.title}**", ""]
+    return "\n".join([*head, *lines, *(["", table.note] if table.note else [])])
+
+
+def comma_separated(table: Table) -> str:
+    """With all digits."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+    return file.getvalue()
+
+
+def claims(studies: Sequence[Study]) -> Table:
+    """All conclusions, and whether they hold."""
+    rows = [
+        [study.name, claim.text, _word(claim.simulated), _word(claim.real)]
+        for study in studies
+        for claim in study.claims
+    ]
+    return Table("Claims", ["paper", "claim", "simulated", "real"], rows)
+
+
+def claims_with_numbers(studies: Sequence[Study]) -> Table:
+    """The same with the numbers behind."""
+    rows = [
+        [
+            study.name,
+            claim.text,
+            _word(claim.simulated),
+            _numbers(claim.simulated),
+            _word(claim.real),
+            _numbers(claim.real),
+        ]
+        for study in studies
+        for claim in study.claims
+    ]
+    return Table("Claims", ["paper", "claim", "simulated", "by", "real", "by (real)"], rows)
+
+
+def _aligned(text: str, width: int, column: int) -> str:
+    number = text.lstrip("-").replace(".", "", 1).isdigit() or text == "–"
+    return text.rjust(width) if column and number else text.ljust(width)
+
+
+def _word(verdict: Verdict | None) -> str:
+    return "–" if verdict is None else verdict.word
+
+
+def _numbers(verdict: Verdict | None) -> str:
+    return "" if verdict is None else verdict.numbers
