@@ -11,12 +11,12 @@ import sys
 from typing import NoReturn
 
 import ahrs_rs
-from ahrs_rs.cli import compare, demo, filters, run
+from ahrs_rs.cli import compare, demo, filters, run, simulate
 from ahrs_rs.cli._common import CliError
 
 __all__ = ["main"]
 
-COMMANDS = (run, compare, filters, demo)
+COMMANDS = (run, compare, filters, simulate, demo)
 
 FAILED = 2
 INTERRUPTED = 130
