@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from typing import Any
 
 from ahrs_rs.cli import _common
 from ahrs_rs.cli._common import CliError, Commands
@@ -82,15 +83,10 @@ def simulate(args: argparse.Namespace) -> int:
     scenario = SCENARIOS.get(args.scenario)
     if scenario is None:
         raise CliError(f"--scenario: unknown {args.scenario!r}; there are {', '.join(SCENARIOS)}")
-    setup = scenario.setup(
-        rate=args.rate,
-        duration=args.duration,
-        seed=args.seed,
-        sensor=args.sensor,
-        remaining=args.remaining,
-        gyr_bias=args.gyr_bias,
-        **_params(scenario, _common.assignments(args.set)),
-    )
+    options: dict[str, Any] = {
+        name: getattr(args, name) for name in ("rate", "duration", "seed", "sensor", "remaining", "gyr_bias")
+    }
+    setup = scenario.setup(**options, **_params(scenario, _common.assignments(args.set)))
     if setup.count > MOST_SAMPLES:
         raise CliError(f"--duration: {setup.duration:g} s at {setup.rate:g} Hz are over {MOST_SAMPLES:,} samples")
     recording = setup.record(args.seed)
@@ -117,9 +113,9 @@ def number(text: str) -> float:
     return math.radians(_common.finite(text[:-3])) if text.endswith("deg") else _common.finite(text)
 
 
-def _params(scenario: Scenario, texts: dict[str, str]) -> dict[str, float | str | bool]:
+def _params(scenario: Scenario, texts: dict[str, str]) -> dict[str, Any]:
     defaults = scenario.params
-    params: dict[str, float | str | bool] = {}
+    params: dict[str, Any] = {}
     for name, text in texts.items():
         if name not in defaults:
             raise _common.unknown_parameter(f"{scenario.name} has", name, defaults)

@@ -216,7 +216,7 @@ class SplineMotion(_Carried):
             inner = _quat.multiply(inner, exp(1.5 * missing))
             inner = inner / np.linalg.norm(inner, axis=1, keepdims=True)
         if not np.abs(missing).max() < 1e-9:
-            raise ValueError("orientations: way points are too far apart for a spline; give more of them")
+            raise ValueError("orientations: the turns between way points are too large for a spline; give more of them")
         # Equal signs along the curve, so that the segments join without a jump from q to -q.
         control = np.concatenate((inner[1:2], inner, inner[-2:-1]))
         sign = np.where((control[1:] * control[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)

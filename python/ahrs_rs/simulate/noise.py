@@ -136,9 +136,9 @@ def missing_rows(part: float, length: float, count: int, generator: np.random.Ge
     at = 0
     while at < count:
         runs = max(16, int(1.2 * (count - at) / (present + length)))
-        gaps = generator.geometric(1.0 / present, runs)
+        gaps = np.minimum(generator.geometric(1.0 / present, runs), count)
         gaps[0] -= at == 0  # the first row may be missing too
-        lengths = generator.geometric(1.0 / length, runs)
+        lengths = np.minimum(generator.geometric(1.0 / length, runs), count)
         ends = at + np.cumsum(gaps + lengths)
         steps = np.zeros(count + 1, dtype=np.int64)
         np.add.at(steps, np.minimum(ends - lengths, count), 1)
