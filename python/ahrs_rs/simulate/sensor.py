@@ -46,7 +46,7 @@ class Triad:
     Parameters
     ----------
     density : one-sided density of white noise, unit/√Hz, as data sheets give it: a sample at f Hz has the standard
-        deviation density · √(f/2), and the Allan deviation at τ is density/√(2τ).
+        deviation density · √(f/2), the angle random walk is density/√2, the Allan deviation at τ is density/√(2τ).
     noise : standard deviation of further white noise that does not depend on the rate, unit.
     bias : constant, unit.
     bias_deviation : standard deviation of a constant bias that is drawn for every recording and added, unit.

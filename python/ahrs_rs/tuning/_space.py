@@ -11,7 +11,8 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs._filter import Filter, Param
+from ahrs_rs._filter import Filter
+from ahrs_rs._param import Param
 
 Value: TypeAlias = float | str | bool
 
