@@ -99,7 +99,7 @@ impl<S: Scalar> Design<S> {
         }
         // The poles stand at θ = (i + ½) π/order from the negative axis for an even order, at (i + 1) π/order for an odd
         // one. The strongly damped ones come first: the peak of the others is then never fed with the bare signal.
-        let offset = if order % 2 == 0 { 0.5 } else { 1.0 };
+        let offset = if order.is_multiple_of(2) { 0.5 } else { 1.0 };
         let mut damping = [S::zero(); SECTIONS];
         for (i, damping) in damping.iter_mut().enumerate().take(order / 2) {
             *damping = S::of(2.0) * sin_cos(S::of((i as f64 + offset) * PI / order as f64)).1;
