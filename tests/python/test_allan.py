@@ -93,7 +93,7 @@ def test_the_densities_are_within_their_intervals_as_often_as_these_say() -> Non
         assert one.random_walk.known
         for name, hit in covers(one, **truth).items():
             hits[name] += hit
-    # 95 % of 60 are 57 ± 1.7; terms that are left out by chance cost a little (measured: 93 and 98 % of 200 seeds).
+    # 95 % of 60 are 57 ± 1.7, two of which are allowed below (measured: 97 and 100 % of 260 seeds).
     assert min(hits.values()) >= 53, hits
 
 

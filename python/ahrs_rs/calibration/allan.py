@@ -24,8 +24,9 @@ largest at that τ, as of Riley & Howe (NIST SP 1065, 2008, section 5.4.1), with
 the model, over octaves of m. What neighbouring octaves have in common is taken into account: for a Gaussian noise of
 the density S(f) the covariance of two variances is proportional to ∫ |H_i|² |H_j|² S² df, with H_m the filter of the
 cluster. A term stays if it is above zero by the asked confidence. A sensor's own low-pass filter takes noise from the
-shortest clusters: they are left out until the model fits. Where a recording is too short to tell a flat part from a rise, the one that fits
-better is given; the interval of the other one, which reaches up to what it could be in its place, says so.
+shortest clusters: they are left out until the model fits. Where a recording is too short to tell a flat part from a
+rise, the one that fits better is given; the interval of the other one, which reaches up to what it could be in its
+place, says so.
 """
 
 from __future__ import annotations
@@ -284,6 +285,11 @@ def _fit_part(clusters: _Clusters, confidence: float) -> tuple[_Fit, int]:
         if np.count_nonzero(kept) == 1 or doubtful[worst] > z:
             break
         kept[worst] = False
+    # Intervals are beside all terms: which of them are left out was itself decided by these variances.
+    every = np.ones(len(TERMS), dtype=np.bool_)
+    alone = [_beside(columns, every, index) for index in range(len(TERMS))]
+    norms = np.array([max(float(np.linalg.norm(one)), 1e-300) for one in alone])
+    deviations = math.sqrt(max(1.0, misfit)) / norms
     high = squares + z * deviations
     for index in np.flatnonzero(~kept):
         high[index] = _bound(clusters, squares, int(index), z * math.sqrt(max(1.0, misfit)))
