@@ -93,8 +93,8 @@ def test_the_densities_are_within_their_intervals_as_often_as_these_say() -> Non
         assert one.random_walk.known
         for name, hit in covers(one, **truth).items():
             hits[name] += hit
-    # 95 % of 60 are 57 ± 1.7; terms that are left out by chance cost a little (measured: 92 to 93 % of 100 seeds).
-    assert min(hits.values()) >= 50, hits
+    # 95 % of 60 are 57 ± 1.7, two of which are allowed below (measured: 97 and 100 % of 260 seeds).
+    assert min(hits.values()) >= 53, hits
 
 
 def test_bias_instability_is_the_flat_part() -> None:

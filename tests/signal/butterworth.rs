@@ -156,23 +156,22 @@ fn a_cut_off_at_or_above_the_nyquist_frequency_passes_through_and_starts_afresh(
 
 #[test]
 fn varying_steps_do_not_add_up_and_are_forgotten() {
-    // The states belong to the samples' times, and the trapezoidal rule takes from their energy at any step. Only steps just
-    // below half a period of the cut-off next to ones of no length let it ring: g = tan(π f dt) bounds that, and with it no
-    // more than the filter's own overshoot and peak were seen: measured at most 2.9 times the signal.
-    let (mut random, mut worst) = (Random(16), 0.0_f64);
+    // The trapezoidal rule takes from the states' energy at any step, but a step near half a period of the cut-off turns the
+    // sign of what is left of it, and short ones in between bring new input: it rings. Measured at most 3.2 times the signal.
+    let (mut random, mut worst) = (Random(16), [0.0_f64; HIGHEST_ORDER]);
     for round in 0..160 {
         let (order, cutoff) = (1 + round % 8, 10.0_f64.powf(random.uniform(-1.0, 1.0)));
         let mut low_pass = Butterworth::<f64>::new(order, cutoff).unwrap();
         for _ in 0..2000 {
             let dt = random.spread(-4.0, 0.0).abs() * 0.5 / cutoff;
-            worst = worst.max(low_pass.step(random.uniform(-1.0, 1.0), dt).abs());
+            worst[round % 8] = worst[round % 8].max(low_pass.step(random.uniform(-1.0, 1.0), dt).abs());
         }
         // 30 periods of steps that are short beside it: the slowest pair of order 8 leaves exp(−2π · 30 · 0.195) = 1e-16.
         let last = (0..600).map(|_| low_pass.step(0.0, 0.05 / cutoff).abs()).last().unwrap();
         assert!(last < 1e-9, "order {order}: {last:e} is left");
     }
-    println!("{worst} times the signal");
-    assert!(worst < 5.0, "{worst}");
+    println!("{worst:?} times the signal");
+    assert!(worst.iter().all(|&worst| worst < 5.0), "{worst:?}");
 }
 
 #[test]

@@ -24,7 +24,9 @@ largest at that τ, as of Riley & Howe (NIST SP 1065, 2008, section 5.4.1), with
 the model, over octaves of m. What neighbouring octaves have in common is taken into account: for a Gaussian noise of
 the density S(f) the covariance of two variances is proportional to ∫ |H_i|² |H_j|² S² df, with H_m the filter of the
 cluster. A term stays if it is above zero by the asked confidence. A sensor's own low-pass filter takes noise from the
-shortest clusters: they are left out until the model fits.
+shortest clusters: they are left out until the model fits. Where a recording is too short to tell a flat part from a
+rise, the one that fits better is given; the interval of the other one, which reaches up to what it could be in its
+place, says so.
 """
 
 from __future__ import annotations
@@ -283,11 +285,15 @@ def _fit_part(clusters: _Clusters, confidence: float) -> tuple[_Fit, int]:
         if np.count_nonzero(kept) == 1 or doubtful[worst] > z:
             break
         kept[worst] = False
-    # How much of a term that is left out could be there: it is fitted to what is left.
-    missed = np.array([float(one @ residuals) for one in alone]) / norms**2
-    fitted = np.where(kept, squares, missed)
-    high = np.maximum(fitted, 0.0) + z * deviations
-    low = np.where(kept, np.maximum(fitted - z * deviations, 0.0), 0.0)
+    # Intervals are beside all terms: which of them are left out was itself decided by these variances.
+    every = np.ones(len(TERMS), dtype=np.bool_)
+    alone = [_beside(columns, every, index) for index in range(len(TERMS))]
+    norms = np.array([max(float(np.linalg.norm(one)), 1e-300) for one in alone])
+    deviations = math.sqrt(max(1.0, misfit)) / norms
+    high = squares + z * deviations
+    for index in np.flatnonzero(~kept):
+        high[index] = _bound(clusters, squares, int(index), z * math.sqrt(max(1.0, misfit)))
+    low = np.where(kept, np.maximum(squares - z * deviations, 0.0), 0.0)
     return _Fit(squares, low, high, float(tau[0]), misfit), freedom
 
 
@@ -301,17 +307,29 @@ def _solve(clusters: _Clusters, kept: NDArray[np.bool_]) -> tuple[Floats, Floats
     terms = _terms(tau)
     squares = np.zeros(len(TERMS))
     squares[TERMS.index("random_walk")] = float(np.median(variance * tau))
-    rows = np.arange(len(variance))
     for _ in range(12):  # it settles to 1e-6 in fewer
-        # Where nothing of the model is left the measured variance stands in, or the weight would be infinite.
-        model = np.maximum(terms @ squares, 1e-3 * variance)
-        edf = clusters.edf[rows, np.argmax(terms * squares, axis=1)]
-        white = np.linalg.inv(np.linalg.cholesky(clusters.correlation(squares))) / (model * np.sqrt(2.0 / edf))
+        white = clusters.whitening(squares)
         columns = white @ terms[:, kept]
         scale = np.linalg.norm(columns, axis=0)
         squares = np.zeros(len(TERMS))
         squares[kept] = nnls(columns / scale, white @ variance)[0] / scale
     return squares, white
+
+
+def _bound(clusters: _Clusters, squares: Floats, index: int, z: float) -> float:
+    """The largest square that a term which is left out could have.
+
+    It is fitted beside all others, as one that is kept may stand in its place, and with the errors that the variances
+    would have if it were there.
+    """
+    every = np.ones(len(TERMS), dtype=np.bool_)
+    assumed = squares.copy()
+    for _ in range(8):
+        white = clusters.whitening(assumed)
+        own = _beside(white @ _terms(clusters.tau), every, index)
+        norm = max(float(np.linalg.norm(own)), 1e-300)
+        assumed[index] = max(float(own @ (white @ clusters.variance)) / norm**2, 0.0) + z / norm
+    return float(assumed[index])
 
 
 class _Clusters:
@@ -335,8 +353,16 @@ class _Clusters:
         other._response = self._response[start:]
         return other
 
-    def correlation(self, squares: Floats) -> Floats:
-        """(K, K): correlation of the variances of clusters, for the noise of these coefficients."""
+    def whitening(self, squares: Floats) -> Floats:
+        """(K, K): what makes the variances' errors independent and of size one, for the noise of these coefficients."""
+        terms = _terms(self.tau)
+        # Where nothing of the model is left the measured variance stands in, or the weight would be infinite.
+        model = np.maximum(terms @ squares, 1e-3 * self.variance)
+        edf = self.edf[np.arange(len(self.tau)), np.argmax(terms * squares, axis=1)]
+        white: Floats = np.linalg.inv(np.linalg.cholesky(self._correlation(squares))) / (model * np.sqrt(2.0 / edf))
+        return white
+
+    def _correlation(self, squares: Floats) -> Floats:
         weighted = self._response * (self._densities @ squares)
         weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
         correlation: Floats = weighted @ weighted.T

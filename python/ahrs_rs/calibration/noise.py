@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import plots
 from ahrs_rs.calibration.allan import FEWEST_SAMPLES, Allan, allan
 from ahrs_rs.calibration.rest import GyroscopeBias, Rest, find_rest, gyroscope_bias
 from ahrs_rs.filters import FILTERS
@@ -113,6 +112,8 @@ class Noise:
 
     def figure(self) -> Figure:
         """The Allan deviations of all axes with their confidence, and the fitted models; needs matplotlib."""
+        from ahrs_rs import plots  # for drawing only
+
         plots.require_matplotlib()
         from matplotlib.figure import Figure
 
