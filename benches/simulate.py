@@ -1,4 +1,4 @@
-"""Time and memory of simulating an hour of 9D data at 1 kHz with a full sensor model: what CI prints.
+"""Time and memory of simulating an hour of 9D data at 1 kHz with a full sensor model.
 
 The full model ("rough") has every error at once: noise, flicker noise and random walk, biases, scale, misalignment,
 temperature, crosstalk, range, resolution, jitter, lost and missing rows, a late and slow magnetometer. One thread.

@@ -174,7 +174,7 @@ def test_a_walkers_pelvis_bounces_twice_a_stride_and_a_foot_rests_in_every_stanc
 
 
 def test_iron_beside_the_way_is_passed() -> None:
-    recording, truth = SCENARIOS["walking"].with_truth(iron=50.0, sensor="ideal")
+    _, truth = SCENARIOS["walking"].with_truth(iron=50.0, sensor="ideal")
     assert truth.disturbance is not None
     size = np.linalg.norm(truth.disturbance, axis=1)
     assert size.max() > 3.0
@@ -201,10 +201,9 @@ def test_every_parameter_is_documented(name: str) -> None:
 
 def test_the_command_writes_what_the_function_gives(capsys: Capture, tmp_path: Path) -> None:
     file = tmp_path / "arm.npz"
-    printed = output_of(
-        capsys, *"simulate --scenario robot_arm --set speed=45deg --set gripper=20 --seed 3".split(),
-        *"--sensor rough --remaining 0.5 --gyr-bias 1deg --rate 250 --duration 8 -o".split(), file,
-    )  # fmt: skip
+    scenario = ["simulate", "--scenario", "robot_arm", "--set", "speed=45deg", "--set", "gripper=20", "--seed", "3"]
+    sensor = ["--sensor", "rough", "--remaining", "0.5", "--gyr-bias", "1deg", "--rate", "250", "--duration", "8"]
+    printed = output_of(capsys, *scenario, *sensor, "-o", file)
     assert str(file) in printed
     read = ar.read(file)
     expected = simulate.scenario(
