@@ -338,7 +338,7 @@ class _Errors:
         bias = np.repeat(self.bias, len(exact)).reshape(3, -1)
         if temperature is not None:
             away = temperature - triad.reference_temperature
-            value *= 1.0 + self._gain_slope * away
+            value += self._gain_slope * away * x
             bias += self._bias_slope * away
         if self._drift:
             bias += self._drift.at(rows.start, rows.stop).T

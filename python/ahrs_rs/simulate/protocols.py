@@ -330,7 +330,7 @@ def warm_up(
     """Hyyti & Visala 2015, section 4.4: a cooled sensor lies still for 40 minutes and warms up from `start` to `end`
     °C.
 
-    The time constant (s) is ours.
+    The `time_constant` (s) is ours.
     """
     temperature = Temperature(start=start, end=end, time_constant=time_constant, noise=0.02, resolution=1.0 / 280.0)
     return Plan(motion=still(), duration=2400.0, temperature=temperature)
@@ -349,7 +349,7 @@ def walking(
     iron: float = 0.0,
     floor: float = 0.0,
 ) -> Plan:
-    """A person walks: a periodic gait, the sensor on the pelvis or on a foot.
+    """A person walks: a periodic gait, the sensor on the pelvis or on a foot (`place`).
 
     On the pelvis: around a circle of `radius`, with the vertical bounce twice a stride, sway and turns once, and a heel
     strike with a peak of `heel` m/s² at every step. On the foot: straight on, at rest in every stance. `speed` is in
@@ -369,7 +369,7 @@ def walking(
     pace = moves([0.0], [(rest, [0.0]), (walk / (1.0 - ramp), [walk])], ramp=ramp)
     disturbances: list[Disturbance] = []
     if iron > 0.0:
-        beside = (0.5 * radius, 0.5, -1.0) if place == "pelvis" else (10.0, 0.5, 0.0)
+        beside = (radius + 0.5, 0.0, -0.9) if place == "pelvis" else (10.0, 0.5, 0.0)
         disturbances.append(Dipole(position=beside, moment=(0.0, iron, 0.0)))
     if floor > 0.0:
         disturbances.append(IronFloor(deviation=floor, seed=seed))

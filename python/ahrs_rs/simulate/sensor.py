@@ -2,7 +2,7 @@
 
 A triad of axes reads, with the temperature's distance ΔT from its reference, the specific force f and noise n,
 
-    y = round(clip((I + diag(gain_slope) ΔT) M x + b + bias_slope ΔT + drift + G f + n))
+    y = round(clip((M + diag(gain_slope) ΔT) x + b + bias_slope ΔT + drift + G f + n))
 
 where M = matrix + drawn scale and misalignment, b = bias + drawn bias, and G f is the gyroscope's only. Every
 number is one for all axes, or three; all are zero where not given, so that `Triad()` is exact.
