@@ -12,7 +12,10 @@ asked otherwise). Angular rates are in rad/s, specific forces in m/s² (at rest,
 µT. ``ar.FILTERS`` has every filter by name; ``ar.read`` reads recordings.
 """
 
-from ahrs_rs import calibration, filters, metrics, signal, simulate, tuning
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+from ahrs_rs import filters, metrics
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
@@ -25,7 +28,13 @@ from ahrs_rs.recording import Recording
 from ahrs_rs.state import State
 from ahrs_rs.status import Status
 
+if _TYPE_CHECKING:
+    from ahrs_rs import calibration, papers, signal, simulate, tuning
+
 __version__ = "0.1.0"
+
+#: Submodules that are imported where they are first used, so that the package itself is there at once.
+_LATER = ("calibration", "papers", "signal", "simulate", "tuning")
 
 __all__ = [
     "Estimate",
@@ -39,6 +48,7 @@ __all__ = [
     "calibration",
     "filters",
     "metrics",
+    "papers",
     "read",
     "run_many",
     "signal",
@@ -48,3 +58,13 @@ __all__ = [
     "write_estimate",
 ]
 __all__ += filters.__all__
+
+
+def __getattr__(name: str) -> object:
+    if name in _LATER:
+        return _import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER})
