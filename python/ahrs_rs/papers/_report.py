@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ahrs_rs.papers._study import Plot, Study, Table
-from ahrs_rs.papers._text import claims_with_numbers, comma_separated
+from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number
 
 PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -150,7 +150,5 @@ def _table(table: Table) -> str:
 
 
 def _cell(text: str) -> str:
-    kind = {"holds": "holds", "does not hold": "refuted"}.get(text, "")
-    if not kind and len(text) > 12:
-        kind = "text"
-    return f'<td class="{kind}">{html.escape(text)}</td>' if kind else f"<td>{html.escape(text)}</td>"
+    kind = {"holds": "text holds", "does not hold": "text refuted"}.get(text, "" if is_number(text) else "text")
+    return f'<td class="{kind}">{html.escape(text)}</td>'

@@ -115,12 +115,6 @@ def band(plot: Plot, name: str, x: ArrayLike, low: ArrayLike, high: ArrayLike) -
     return Plot(plot.title, [area, *plot.data], plot.layout)
 
 
-def bars(title: str, groups: Sequence[str], series: Mapping[str, Sequence[float]], y_title: str) -> Plot:
-    """Bars side by side in groups."""
-    data = [{"type": "bar", "name": name, "x": list(groups), "y": _plain(values)} for name, values in series.items()]
-    return Plot(title, data, _axes("", y_title) | {"barmode": "group"})
-
-
 def boxes(title: str, groups: Mapping[str, Box], y_title: str) -> Plot:
     """A box and its whiskers for every group."""
     data: dict[str, Any] = {"type": "box", "name": "", "x": list(groups), "showlegend": False}

@@ -65,9 +65,17 @@ def claims_with_numbers(studies: Sequence[Study]) -> Table:
     return Table("Claims", ["paper", "claim", "simulated", "by", "real", "by (real)"], rows)
 
 
+def is_number(text: str) -> bool:
+    """Whether a cell stands at the right: numbers, and what is not known."""
+    try:
+        float(text)
+    except ValueError:
+        return text == "–"
+    return True
+
+
 def _aligned(text: str, width: int, column: int) -> str:
-    number = text.lstrip("-").replace(".", "", 1).isdigit() or text == "–"
-    return text.rjust(width) if column and number else text.ljust(width)
+    return text.rjust(width) if column and is_number(text) else text.ljust(width)
 
 
 def _word(verdict: Verdict | None) -> str:

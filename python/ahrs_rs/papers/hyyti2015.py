@@ -248,56 +248,51 @@ def convergence(recording: ar.Recording) -> Convergence:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class WarmUp:
-    """Section 4.4: the gyroscope of a still sensor that warms up, in means of a minute."""
+    """Section 4.4: the gyroscope of a still sensor that warms up, in means of a minute, °/s."""
 
-    t: FloatArray
     temperature: FloatArray
-    gyr: FloatArray
-    """(N, 3) deg/s"""
-    lines: FloatArray
-    """(2, 3) slope and value at 0 °C of the bias."""
+    """(N,) °C"""
+    before: FloatArray
+    """(N, 3) as it is read."""
+    after: FloatArray
+    """(N, 3) calibrated."""
+    model: ar.calibration.TemperatureCalibration
 
     @classmethod
     def of(cls, seed: int) -> WarmUp:
         """Simulated with the paper's sensor."""
         recording = ar.simulate.scenario("warm_up", rate=WARM_RATE, seed=seed)
         assert recording.temperature is not None
-        count = len(recording) // MINUTE
-        t, temperature, gyr = (
-            array[: count * MINUTE].reshape(count, MINUTE, -1).mean(axis=1)
-            for array in (recording.t, recording.temperature, np.degrees(recording.gyr))
+        model = ar.calibration.warm_up_gyroscope((recording.gyr, recording.temperature))
+        calibrated = model.apply(recording.gyr, recording.temperature)
+        temperature, before, after = (
+            array[: len(array) // MINUTE * MINUTE].reshape(-1, MINUTE, columns).mean(axis=1)
+            for array, columns in ((recording.temperature, 1), (recording.gyr, 3), (calibrated, 3))
         )
-        fitted = np.polyfit(temperature[:, 0], gyr, 1)
-        return cls(t[:, 0], temperature[:, 0], gyr, fitted)
-
-    @property
-    def left(self) -> FloatArray:
-        """(N, 3) what the model does not explain."""
-        rest: FloatArray = self.gyr - np.outer(self.temperature, self.lines[0]) - self.lines[1]
-        return rest
+        return cls(temperature[:, 0], np.degrees(before), np.degrees(after), model)
 
     def verdict(self) -> Verdict:
         """By the range of the minutes' means."""
-        before, after = (float(np.ptp(each, axis=0).max()) for each in (self.gyr, self.left))
-        return Verdict(
-            after < FOUND * before, f"{before:.3g}°/s over {np.ptp(self.temperature):.3g} °C, {after:.2g}°/s left"
-        )
+        before, after = (float(np.ptp(each, axis=0).max()) for each in (self.before, self.after))
+        numbers = f"{before:.3g}°/s over {np.ptp(self.temperature):.3g} °C, {after:.2g}°/s left"
+        return Verdict(after < FOUND * before, numbers)
 
     def table(self) -> Table:
         """Beside Table 4."""
+        slope, at_zero = (np.degrees(each) for each in (self.model.bias_slope, self.model.bias_at_zero))
+        before, after = (np.ptp(each, axis=0) for each in (self.before, self.after))
         rows: list[list[Cell]] = [
-            [axis, SLOPES[i], float(self.lines[0, i]), AT_ZERO[i], float(self.lines[1, i]),
-             float(np.ptp(self.gyr[:, i])), float(np.ptp(self.left[:, i]))]
+            [axis, SLOPES[i], float(slope[i]), AT_ZERO[i], float(at_zero[i]), float(before[i]), float(after[i])]
             for i, axis in enumerate("xyz")
-        ]  # fmt: skip
+        ]
         columns = ["axis", "slope (paper)", "slope", "at 0 °C (paper)", "at 0 °C", "range before", "range after"]
-        note = "The sensor is simulated with the paper's Table 4, which the fit has to find again."
+        note = "The sensor is simulated with the paper's Table 4, which the calibration has to find again."
         return Table("Table 4: bias of the gyroscope by temperature, °/s", columns, rows, note=note, form=".4f")
 
     def plot(self) -> Plot:
         """As Fig 11."""
-        curves = {f"{axis}": self.gyr[:, i] for i, axis in enumerate("xyz")}
-        curves |= {f"{axis}, model": self.gyr[:, i] - self.left[:, i] for i, axis in enumerate("xyz")}
+        curves = {axis: self.before[:, i] for i, axis in enumerate("xyz")}
+        curves |= {f"{axis}, model": self.before[:, i] - self.after[:, i] for i, axis in enumerate("xyz")}
         return lines("Gyroscope of a still, warming sensor", self.temperature, curves, "temperature [°C]", "bias [°/s]")
 
 

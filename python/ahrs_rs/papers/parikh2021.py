@@ -47,9 +47,9 @@ CLASSES: dict[str, type[ar.Filter]] = {
 }
 #: Where the grid looks. Of the Kalman filter's three numbers only the ratios matter; R is the paper's.
 GRID: dict[str, tuple[dict[str, tuple[float, float]], int]] = {
-    "Kalman": ({"angle_process": (1e-8, 1.0), "bias_process": (1e-12, 1e-3)}, 19),
+    "Kalman": ({"angle_process": (1e-8, 1.0), "bias_process": (1e-12, 1e-3)}, 13),
     "Madgwick": ({"beta": (1e-4, 1.0)}, 81),
-    "Mahony": ({"kp": (1e-3, 10.0), "ki": (1e-5, 1.0)}, 21),
+    "Mahony": ({"kp": (1e-3, 10.0), "ki": (1e-5, 1.0)}, 17),
     "Complementary": ({"tau": (0.01, 1000.0)}, 81),
 }
 CASES = ("1: level", "2: banked 15°", "3: vibration")
@@ -348,7 +348,7 @@ def _adaptive_tables(tuned: Params, simulated: Cases, real_tuned: Params, real: 
         return []
     rows: list[list[Cell]] = []
     for params, cases in ((tuned, simulated), (real_tuned, real)):
-        for case, values in gains(params, cases).items():
+        for case, values in gains(params, cases).items() if cases else ():
             rows += [[case, name, *numbers] for name, numbers in values.items()]
     columns = ["case", "filter", "without", "with", "threshold [m/s²]"]
     return [Table("Future work of the paper: threshold-based gains, RMSE", columns, rows)]
@@ -383,7 +383,7 @@ def gains(params: Params, cases: Cases) -> dict[str, dict[str, tuple[float, floa
     first = next(group for case, group in cases.items() if case != "1: level")
     for name in adaptive():
         found = ar.tuning.grid(
-            CLASSES[name], first, {ADAPTIVE: (0.05, 20.0)}, points=61, metric="inclination", fixed=params[name]
+            CLASSES[name], first, {ADAPTIVE: (0.05, 20.0)}, points=61, metric="inclination", fixed=params.get(name)
         )
         chosen[name] = found.params
     without, with_threshold = joint(measure(params, cases)), joint(measure(chosen, cases))
