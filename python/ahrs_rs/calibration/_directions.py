@@ -43,7 +43,7 @@ def check_spread(name: str, x: FloatArray) -> None:
     )
 
 
-def advice(name: str, x: FloatArray, parameters: int, core: float) -> str:
+def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
     """What readings lack that do not determine an ellipsoid."""
     centre = _ellipsoid.centre_of_sphere(x)
     u = x - centre[:, None]
@@ -59,7 +59,7 @@ def advice(name: str, x: FloatArray, parameters: int, core: float) -> str:
     few = ""
     if parameters == 9:
         try:
-            _ellipsoid.fit(x, 6, core)
+            _ellipsoid.fit(x, 6, motion)
             few = "; parameters=6 would do with these"
         except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
             pass

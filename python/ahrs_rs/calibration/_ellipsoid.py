@@ -2,8 +2,8 @@
 
 Three steps. The start: the linear least squares of Cirillo et al. (eqs 2-6) on random small samples of the data; the
 one whose median distance is the smallest is taken (least median of squares), so that up to a third of the readings may
-be anything. Readings count there by how few are near to them: a sensor that lay still half of the time has shown one
-point of the ellipsoid, through which many ellipsoids pass. The refinement: Gauss-Newton on the residuals
+be anything. Readings count there by the area that they stand for: a sensor that lay still half of the time has shown
+one point of the ellipsoid, through which many ellipsoids pass. The refinement: Gauss-Newton on the residuals
 ρ (‖A (x − b)‖ − 1), ρ = det(A)^(-1/3) the mean radius, of all readings within `CUT` robust standard deviations (from
 the median of the absolute residuals), until neither parameters nor selection change. (Without ρ residuals would be
 relative to the size, and a part of the sphere best fitted by an ellipsoid that is too large.) The uncertainty: the
@@ -25,6 +25,11 @@ BoolArray = NDArray[np.bool_]
 
 #: Readings farther from the ellipsoid than so many robust standard deviations are outliers: one in 16,000 normal ones.
 CUT = 4.0
+WIDE_CUT = 1.5 * CUT
+#: The share of readings that surely belong to the ellipsoid, by whose residuals the robust standard deviation goes.
+CORE, CORE_IN_MOTION = 0.5, 0.3
+#: The quantiles of |N(0, 1)| at these shares.
+NORMAL_QUANTILES = {CORE: 0.674490, CORE_IN_MOTION: 0.385320}
 #: Random samples of the start. With p + 3 readings each, 200 find one without an outlier among 30 % outliers with
 #: probability 1 - (1 - 0.7^12)^200 = 94 % (9 parameters), and among 20 % surely.
 DRAWS = 200
@@ -32,8 +37,10 @@ DRAWS = 200
 START_READINGS = 2000
 #: Of more readings than these a part is fitted first.
 MANY_READINGS = 50_000
-#: Readings within this share of the radius are near to each other.
-NEAR = 0.05
+#: Of these so many tell which random samples are the best.
+SCREENED = 400
+#: So many neighbours tell how close readings are together.
+NEIGHBOURS = 10
 #: The worst determined combination of parameters has at least so much of the information that evenly spread directions
 #: give: its standard deviation is at most 7 times as large, and so is what a disturbed field does to it.
 LEAST_OBSERVABILITY = 0.02
@@ -81,12 +88,13 @@ class Ellipsoid:
     """Correlation time of the residuals in readings, at least 1."""
 
 
-def fit(x: FloatArray, parameters: int, core: float = 0.5) -> Ellipsoid:
+def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
     """The ellipsoid of the readings (3, n), with 6 or 9 parameters.
 
     Parameters
     ----------
-    core : the share of readings that surely belong to it; the robust standard deviation is theirs.
+    motion : many readings are those of an accelerometer in motion: three in ten are enough of an ellipsoid then, and
+        each of them counts alike, as those at rest lie close together.
 
     Raises
     ------
@@ -95,27 +103,31 @@ def fit(x: FloatArray, parameters: int, core: float = 0.5) -> Ellipsoid:
     count = x.shape[1]
     random = np.random.default_rng(0)
     few = x if count <= START_READINGS else x[:, random.integers(0, count, START_READINGS)]
-    shift = np.median(few, axis=1)
-    size = float(np.median(np.linalg.norm(few - shift[:, None], axis=0)))
+    weights = np.ones(few.shape[1]) if motion else _weights(few)
+    core = CORE_IN_MOTION if motion else CORE
+    shift = np.array([_quantile(axis, weights, 0.5) for axis in few])
+    size = _quantile(np.sqrt(((few - shift[:, None]) ** 2).sum(axis=0)), weights, 0.5)
     if not size > 0:
         raise NoEllipsoidError
     z = (x - shift[:, None]) / size
     few = (few - shift[:, None]) / size
-    weights = _weights(few)
     a, b = _start(few, weights, parameters, core, random)
-    a, b, keep = _refine(few, few, weights, a, b, parameters, core)
-    if observability(a @ (few[:, keep] - b[:, None]), parameters) < LEAST_OBSERVABILITY:
+    state = _refine(few, few, weights, a, b, parameters, core)
+    if observability(state.a @ (few[:, state.keep] - state.b[:, None]), parameters) < LEAST_OBSERVABILITY:
         raise NoEllipsoidError
+    if not motion:
+        # Areas of the sphere, whatever the axes of the ellipsoid are.
+        weights = _weights(state.a @ (few - state.b[:, None]))
     if count > MANY_READINGS:
         part = z[:, :: count // MANY_READINGS]
-        a, b, _ = _refine(part, few, weights, a, b, parameters, core)
-    a, b, keep = _refine(z, few, weights, a, b, parameters, core)
+        state = _refine(part, few, weights, state.a, state.b, parameters, core)
+    state = _refine(z, few, weights, state.a, state.b, parameters, core)
+    a, b, keep, residual = state.a, state.b, state.keep, state.residual
 
-    h, _, residual = _normal_equations(z, a, b, parameters, keep)
     kept = residual[keep]
     freedom = max(len(kept) - parameters, 1)
     correlation = _correlation_time(kept)
-    inverse = np.linalg.inv(h).astype(np.float64, copy=False)
+    inverse = np.linalg.inv(state.h).astype(np.float64, copy=False)
     scores, _, _ = _normal_equations(z, a, b, parameters, keep, inverse)
     covariance = inverse @ scores @ inverse * correlation
     deviation = float(np.sqrt(kept @ kept / freedom))
@@ -176,15 +188,25 @@ def observability(y: FloatArray, parameters: int) -> float:
 
 
 def _weights(few: FloatArray) -> FloatArray:
-    """One over how many readings are near to each, itself included."""
-    near = np.zeros(few.shape[1])
-    square = (few * few).sum(axis=0)
-    for k in range(0, few.shape[1], 256):
-        part = few[:, k : k + 256]
-        distance2 = square[k : k + 256, None] + square - 2.0 * part.T @ few
-        near[k : k + 256] = np.count_nonzero(distance2 < NEAR**2, axis=1)
-    # Rounding may take a reading for far from itself.
-    return 1.0 / np.maximum(near, 1.0)
+    """The area of the surface that each reading stands for: the square of the distance to its tenth neighbour.
+
+    Areas are cut off at the upper quartile, or a few readings far from all others would count for most.
+    """
+    count = few.shape[1]
+    k = min(NEIGHBOURS, count - 1)
+    area = np.empty(count)
+    # Differences of what is near must not be lost in the squares of what is far.
+    x = few - np.median(few, axis=1, keepdims=True)
+    square = (x * x).sum(axis=0)
+    for start in range(0, count, 256):
+        part = slice(start, start + 256)
+        distance2 = square[part, None] + square - 2.0 * x[:, part].T @ x
+        area[part] = np.partition(distance2, k, axis=1)[:, k]
+    most = float(np.quantile(area, 0.75))
+    if not most > 0:
+        most = max(float(area.max()), np.finfo(np.float64).tiny)
+    weights: FloatArray = np.clip(area, 1e-6 * most, most) / most
+    return weights
 
 
 def _quantile(values: FloatArray, weights: FloatArray, share: float) -> float:
@@ -206,16 +228,17 @@ def _start(
         draws = (random.exponential(size=(DRAWS, count)) / weights).argpartition(size, axis=1)[:, :size]
         groups.append((z.T[draws].transpose(0, 2, 1), np.ones(size)))
     found: list[tuple[float, FloatArray, FloatArray]] = []
+    part = slice(None, None, max(count // SCREENED, 1))
     for group, own in groups:
         centres = _sphere_centre(group, own)
         m, b, good = _linear_fits(group - centres[:, :, None], own, parameters)
         for one, centre in zip(m[good], (b + centres)[good], strict=True):
-            found.append((_quantile(_distance(z, one, centre), weights, core), one, centre))
+            found.append((_quantile(_distance(z[:, part], one, centre), weights[part], core), one, centre))
     found.sort(key=lambda each: each[0])
-    best: list[tuple[float, FloatArray, FloatArray]] = found[:1]
+    best = [(_quantile(_distance(z, m, b), weights, core), m, b) for _, m, b in found[:5]]
     # The best ones are fitted again to the readings that are near to them.
-    for _, m, b in found[:10]:
-        for _ in range(3):
+    for _, m, b in best.copy():
+        for _ in range(2):
             distance = _distance(z, m, b)
             near = distance <= _quantile(distance, weights, max(core, min(1.0, size / count)))
             try:
@@ -295,52 +318,80 @@ def _root(m: FloatArray) -> FloatArray:
     return root
 
 
+@dataclass(frozen=True, slots=True)
+class _State:
+    """Parameters with their normal equations over a selection of readings."""
+
+    a: FloatArray
+    b: FloatArray
+    keep: BoolArray
+    h: FloatArray
+    g: FloatArray
+    residual: FloatArray
+
+    @classmethod
+    def of(cls, z: FloatArray, a: FloatArray, b: FloatArray, keep: BoolArray, parameters: int) -> _State:
+        return cls(a, b, keep, *_normal_equations(z, a, b, parameters, keep))
+
+    @property
+    def cost(self) -> float:
+        kept = self.residual[self.keep]
+        return float(kept @ kept)
+
+
 def _refine(
     z: FloatArray, few: FloatArray, weights: FloatArray, a: FloatArray, b: FloatArray, parameters: int, core: float
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Gauss-Newton with outliers left out, until parameters and selection stay."""
-    normal_quantile = {0.5: 0.674490, 0.3: 0.385320}[core]  # of |N(0, 1)|
-    keep: BoolArray = np.zeros(z.shape[1], dtype=np.bool_)
-    for _ in range(20):
-        before = keep
-        deviation = _quantile(np.abs(_residuals(few, a, b)), weights, core) / normal_quantile
-        keep = np.abs(_residuals(z, a, b)) <= max(CUT * deviation, ROUNDING)
-        if np.array_equal(keep, before):
-            break
-        a, b = _converge(z, a, b, parameters, keep, NEARLY_CONVERGED)
-    a, b = _converge(z, a, b, parameters, keep, CONVERGED)
-    return a, b, keep
+) -> _State:
+    """Gauss-Newton with outliers left out, until parameters and selection stay.
+
+    A reading on the border may be an outlier where it is left out, and none where it is fitted. So that the outcome
+    does not depend on the start, outliers are first those beyond a border that is half as far again, where hardly a
+    reading is.
+    """
+    state, residual = None, _residuals(z, a, b)
+    cut = WIDE_CUT if z.shape[1] <= MANY_READINGS else CUT
+    for _ in range(30):
+        deviation = _quantile(np.abs(_residuals(few, a, b)), weights, core) / NORMAL_QUANTILES[core]
+        keep = np.abs(residual) <= max(cut * deviation, ROUNDING)
+        if state is not None and np.array_equal(keep, state.keep):
+            if cut == CUT:
+                break
+            # From here on the same whatever came before.
+            state, cut = _converge(z, state, parameters, CONVERGED), CUT
+            a, b, residual = state.a, state.b, state.residual
+            continue
+        state = _converge(z, _State.of(z, a, b, keep, parameters), parameters, NEARLY_CONVERGED)
+        a, b, residual = state.a, state.b, state.residual
+    if state is None:  # for the checker: the loop has run
+        raise NoEllipsoidError
+    return _converge(z, state, parameters, CONVERGED)
 
 
-def _converge(
-    z: FloatArray, a: FloatArray, b: FloatArray, parameters: int, keep: BoolArray, enough: float
-) -> tuple[FloatArray, FloatArray]:
+def _converge(z: FloatArray, state: _State, parameters: int, enough: float) -> _State:
     """Gauss-Newton to a step below `enough`, halved where the sum of squares would grow."""
-    h, g, residual = _normal_equations(z, a, b, parameters, keep)
-    cost = float((residual[keep] ** 2).sum())
     for _ in range(30):
         try:
-            step = np.linalg.solve(h, g).astype(np.float64, copy=False)
+            step = np.linalg.solve(state.h, state.g).astype(np.float64, copy=False)
         except np.linalg.LinAlgError:
             raise NoEllipsoidError from None
         size = float(np.abs(step).max())
-        if not size < FARTHEST or np.linalg.norm(b) > FARTHEST:
+        if not size < FARTHEST or np.linalg.norm(state.b) > FARTHEST:
             raise NoEllipsoidError
+        # Near the end the cost changes by rounding alone, which is no reason to go back.
+        most = state.cost * (1 + 1e-9) + 1e-24 * z.shape[1]
         for _ in range(30):
-            tried, moved = a - _symmetric(step[:-3]), b - step[-3:]
-            if np.linalg.eigvalsh(tried)[0] > 0:
-                h, g, residual = _normal_equations(z, tried, moved, parameters, keep)
-                new = float((residual[keep] ** 2).sum())
-                # Near the end the cost changes by rounding alone, which is no reason to go back.
-                if new <= cost * (1 + 1e-9) + 1e-24 * len(residual):
+            a, b = state.a - _symmetric(step[:-3]), state.b - step[-3:]
+            if np.linalg.eigvalsh(a)[0] > 0:
+                tried = _State.of(z, a, b, state.keep, parameters)
+                if tried.cost <= most:
                     break
             step = 0.5 * step
         else:
-            return a, b
-        a, b, cost = tried, moved, new
-        if size < enough * (1.0 + float(np.abs(b).max())):
-            return a, b
-    return a, b
+            return state
+        state = tried
+        if size < enough * (1.0 + float(np.abs(state.b).max())):
+            return state
+    return state
 
 
 def _symmetric(values: FloatArray) -> FloatArray:

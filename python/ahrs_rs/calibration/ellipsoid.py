@@ -22,6 +22,10 @@ FIELD_RANGE = (10.0, 150.0)
 LARGEST_GAIN = 2.0
 #: Where a scale factor or an offset is not known to this share of the norm, it is not known.
 LARGEST_UNCERTAINTY = 0.1
+#: Larger residuals, as a share of the radius, are those of no ellipsoid; a cloud of noise alone has 42 %.
+LARGEST_RESIDUAL = 0.15
+#: Nothing is measured in units in which readings are beyond these: their squares would be beyond the range of numbers.
+SIZES = (1e-60, 1e60)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +89,7 @@ class EllipsoidFit:
         return "\n".join(lines)
 
 
-def ellipsoid(
-    x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x", core: float = 0.5
-) -> EllipsoidFit:
+def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x") -> EllipsoidFit:
     """The calibration that puts readings on a sphere about zero: ‖S (x − b)‖ is the same for all.
 
     The start is the linear least squares of Cirillo et al. 2014 (eqs 1-6; nine parameters the same way) inside of a
@@ -101,7 +103,6 @@ def ellipsoid(
         What a symmetric S leaves open is a rotation of the whole sensor, which norms say nothing about.
     norm : of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume: det S = 1.
     name : of the readings, in errors.
-    core : share of readings (counted by how few are near to them) that are no outliers for sure: 0.5 or 0.3.
 
     Returns
     -------
@@ -117,14 +118,12 @@ def ellipsoid(
     """
     if parameters not in (6, 9):
         raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
-    if core not in (0.3, 0.5):
-        raise ValueError(f"core: expected 0.5 or 0.3, got {core!r}")
     if norm is not None:
         norm = positive("norm", norm)
     array, valid = readings(name, x)
     missing = len(array) - int(np.count_nonzero(valid))
     rows = array if not missing else array[valid]
-    return _fit(rows, parameters, norm, name, core, missing, 0)
+    return _fit(rows, parameters, norm, name, missing)
 
 
 def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = None) -> EllipsoidFit:
@@ -203,7 +202,6 @@ def accelerometer(
         raise ValueError(f'select: expected "rest" or "robust", got {select!r}')
     array, valid = readings("acc", acc)
     missing = len(array) - int(np.count_nonzero(valid))
-    core = 0.5
     if still is not None:
         resting = np.asarray(still)
         if resting.dtype.kind != "b" or resting.shape != (len(array),):
@@ -218,15 +216,21 @@ def accelerometer(
         rows = rest.means
         left_out = max(len(array) - missing - len(rows) * rest.length, 0)
     else:
-        rows, left_out, core = array[valid], 0, 0.3
+        rows, left_out = array[valid], 0
     if len(rows):
         size = float(np.median(np.linalg.norm(rows, axis=1)))
         _check_unit("acc", size, gravity, "m/s²", {1.0 / GRAVITY: f"g (times {GRAVITY})", 1e3 / GRAVITY: "mg"})
-    return _fit(rows, parameters, gravity, "acc", core, missing, left_out)
+    return _fit(rows, parameters, gravity, "acc", missing, left_out, still is None and select == "robust")
 
 
 def _fit(
-    rows: FloatArray, parameters: int, norm: float | None, name: str, core: float, missing: int, left_out: int
+    rows: FloatArray,
+    parameters: int,
+    norm: float | None,
+    name: str,
+    missing: int,
+    left_out: int = 0,
+    motion: bool = False,
 ) -> EllipsoidFit:
     if len(rows) < parameters:
         found = "readings" if not left_out else "windows at rest"
@@ -236,18 +240,25 @@ def _fit(
             "record more, with the sensor turned in all directions"
         )
     x = np.ascontiguousarray(rows.T)
+    size = float(np.abs(x).max())
+    if size > SIZES[1] or 0 < size < SIZES[0]:
+        raise CalibrationError(f"{name}: expected readings between {SIZES[0]} and {SIZES[1]}, got {size:.3g}")
     _directions.check_spread(name, x)
     try:
-        # Products of numbers as large or as small as Tesla squared are far from the ends of the range; of others not.
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            found_fit = _ellipsoid.fit(x, parameters, core)
+        found_fit = _ellipsoid.fit(x, parameters, motion)
     except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
-        raise CalibrationError(_directions.advice(name, x, parameters, core)) from None
+        raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
     a, b, keep = found_fit.matrix, found_fit.centre, found_fit.keep
     y = a @ (x - b[:, None])
     observability = _ellipsoid.observability(y[:, keep], parameters)
+    misfit = found_fit.deviation / found_fit.radius
+    if misfit > LARGEST_RESIDUAL:
+        raise CalibrationError(
+            f"{name}: the readings lie on no ellipsoid (residuals of {misfit:.0%} of the radius): turn the sensor in "
+            "all directions, at one place and away from magnets and iron"
+        )
     relative = np.sqrt(found_fit.correlation / (np.count_nonzero(keep) * observability * _ellipsoid.EVEN_INFORMATION))
-    uncertainty = float(found_fit.deviation / found_fit.radius * relative)
+    uncertainty = float(misfit * relative)
     if not uncertainty < LARGEST_UNCERTAINTY:
         hint = "away from magnets and iron" if name == "mag" else "at rest in each attitude"
         raise CalibrationError(
