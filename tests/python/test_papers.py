@@ -221,17 +221,18 @@ def test_a_real_recording_is_judged_too(broad: list[ar.Recording]) -> None:
 
 def test_adaptive_gains_are_studied_where_the_filters_have_a_threshold(monkeypatch: pytest.MonkeyPatch) -> None:
     """The paper's future work, tried with another parameter of a filter in the threshold's place."""
-    cases = parikh2021.simulated_cases(0)
+    cases = {name: group[:1] for name, group in parikh2021.simulated_cases(0).items()}
     params = {"Madgwick": {"beta": 0.01}}
     if not parikh2021.adaptive():
-        assert parikh2021._adaptive_tables(params, cases, {}, {}) == []
-        assert parikh2021._adaptive_claims(params, cases, {}, {}) == []
+        assert parikh2021.threshold_gains(params, cases, {}, {}) == ([], [])
         monkeypatch.setattr(parikh2021, "ADAPTIVE", "zeta")
-    (table,) = parikh2021._adaptive_tables(params, cases, {}, {})
+    (table,), (claim,) = parikh2021.threshold_gains(params, cases, {}, {})
     assert len(table.rows) == len(cases) * len(parikh2021.adaptive())
-    (claim,) = parikh2021._adaptive_claims(params, cases, {}, {})
     assert claim.simulated is not None
     assert claim.real is None
+    again = parikh2021.threshold_gains(params, cases, params, cases)
+    assert len(again[0][0].rows) == 2 * len(table.rows)
+    assert again[1][0].real == claim.simulated
 
 
 def test_the_bias_variances_are_where_the_study_looks_for_them() -> None:

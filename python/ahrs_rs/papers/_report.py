@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ahrs_rs.papers._study import Plot, Study, Table
-from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number
+from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number, numeric
 
 PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -22,10 +22,10 @@ PAGE = """<!DOCTYPE html>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 75em; margin: 2em auto; padding: 0 1em; color: #222; }}
 table {{ border-collapse: collapse; margin: 0.5em 0 0.3em; }}
 td, th {{ padding: 0.2em 0.8em; border-bottom: 1px solid #ddd; text-align: right; vertical-align: top; }}
-td:first-child, th:first-child, td.text {{ text-align: left; }}
+td.text, th.text {{ text-align: left; }}
 caption {{ text-align: left; font-weight: 600; padding-top: 1em; }}
 p.note {{ color: #555; max-width: 60em; margin-top: 0; }}
-.holds {{ color: #06692d; }} .refuted {{ color: #a3211a; }}
+.holds, .refuted {{ white-space: nowrap; }} .holds {{ color: #06692d; }} .refuted {{ color: #a3211a; }}
 .plot {{ height: 420px; margin: 1em 0; }}
 </style>
 <script>
@@ -143,7 +143,8 @@ def _body(studies: Sequence[Study], seed: int, recordings: Sequence[str]) -> str
 def _table(table: Table) -> str:
     columns, rows = table.shown()
     title = html.escape(table.title) + (" (measured)" if table.measured else "")
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    pairs = zip(columns, numeric(columns, rows), strict=True)
+    head = "".join(f'<th class="{"" if right else "text"}">{html.escape(name)}</th>' for name, right in pairs)
     lines = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]
     note = f'<p class="note">{html.escape(table.note)}</p>' if table.note else ""
     return f"<table><caption>{title}</caption><tr>{head}</tr>\n" + "\n".join(lines) + f"</table>{note}"

@@ -23,7 +23,7 @@ def plain(table: Table) -> str:
 def markdown(table: Table) -> str:
     """For documents: without what is of this machine only."""
     columns, rows = table.shown(portable=True)
-    rule = ["---", *["---:"] * (len(columns) - 1)]
+    rule = ["---:" if right else "---" for right in numeric(columns, rows)]
     lines = ["| " + " | ".join(row) + " |" for row in (columns, rule, *rows)]
     head = [f"**{table.title}**", ""]
     return "\n".join([*head, *lines, *(["", table.note] if table.note else [])])
@@ -63,6 +63,11 @@ def claims_with_numbers(studies: Sequence[Study]) -> Table:
         for claim in study.claims
     ]
     return Table("Claims", ["paper", "claim", "simulated", "by", "real", "by (real)"], rows)
+
+
+def numeric(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
+    """Which columns hold numbers."""
+    return [bool(rows) and all(is_number(row[i]) for row in rows) for i in range(len(columns))]
 
 
 def is_number(text: str) -> bool:

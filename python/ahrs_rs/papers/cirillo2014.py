@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +104,8 @@ def simulated_recordings(seed: int) -> dict[str, list[ar.Recording]]:
             raw = ar.simulate.scenario("robot_arm", speed=np.radians(speed), gripper=gripper, seed=one)
             assert raw.acc is not None
             assert raw.mag is not None
-            found[name].append(dataclasses.replace(raw, acc=acc.apply(raw.acc), mag=mag.apply(raw.mag)))
+            sensors: dict[str, Any] = {"acc": acc.apply(raw.acc), "mag": mag.apply(raw.mag)}
+            found[name].append(dataclasses.replace(raw, **sensors))
     return found
 
 

@@ -20,6 +20,9 @@ Cases: TypeAlias = Mapping[str, Sequence[ar.Recording]]
 Found: TypeAlias = dict[str, dict[str, FloatArray]]
 """For every case and filter (5, 2): the metrics of roll and pitch."""
 
+Gains: TypeAlias = dict[str, dict[str, tuple[float, float, float]]]
+"""For every case and filter: RMSE without and with a threshold, and the threshold."""
+
 TITLE = (
     "D. Parikh, S. Vohra, M. Kaveshgar: Comparison of attitude estimation algorithms with IMU under external "
     "acceleration, iSES 2021 (MPU6050 and ESP32)"
@@ -101,6 +104,7 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
     ours = measure(tuned, simulated)
     real_tuned = tune(real["real: slow translation"]) if real else {}
     real_ours = measure(real_tuned, real)
+    thresholds = threshold_gains(tuned, simulated, real_tuned, real)
     table, ns = _common.times(
         "Table II: time of a step", filters(RATE, {}), simulated["1: level"][0], TIMES, "µs", nine_axes=False
     )
@@ -115,7 +119,7 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
             _metrics_table(ours | real_ours),
             _parameter_table(tuned, real_tuned),
             _gain_table(simulated),
-            *_adaptive_tables(tuned, simulated, real_tuned, real),
+            *thresholds[0],
             table,
         ],
         claims=[
@@ -128,7 +132,7 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
                 "The complementary filter is the fastest", *_common.verdicts(_common.fastest("Complementary"), *clocked)
             ),
             Claim("Kalman is the slowest", *_common.verdicts(_common.slowest("Kalman"), *clocked)),
-            *_adaptive_claims(tuned, simulated, real_tuned, real),
+            *thresholds[1],
         ],
         plots=_plots(tuned, simulated, ours),
     )
@@ -176,7 +180,10 @@ def real_cases(recordings: Sequence[ar.Recording]) -> Cases:
 def low_passed(recording: ar.Recording) -> ar.Recording:
     """As section III.B."""
     assert recording.acc is not None
-    gyr, acc = (ar.signal.low_pass(x, CUTOFF, recording.rate, order=4) for x in (recording.gyr, recording.acc))
+    gyr, acc = (
+        np.asarray(ar.signal.low_pass(x, CUTOFF, recording.rate, order=4), dtype=np.float64)
+        for x in (recording.gyr, recording.acc)
+    )
     return dataclasses.replace(recording, gyr=gyr, acc=acc)
 
 
@@ -342,34 +349,34 @@ def _gain_table(cases: Cases) -> Table:
     return Table("RMSE of the Kalman filter, and of α = 1 − K1", ["case", "Kalman", "complementary"], rows, form=".4f")
 
 
-def _adaptive_tables(tuned: Params, simulated: Cases, real_tuned: Params, real: Cases) -> list[Table]:
-    """What a threshold of the acceleration brings, where the filters have one."""
+def threshold_gains(
+    tuned: Params, simulated: Cases, real_tuned: Params, real: Cases
+) -> tuple[list[Table], list[Claim]]:
+    """The paper's future work, where the filters have a threshold: what it brings, and whether it does under
+    acceleration, as the paper expects."""
     if not adaptive():
-        return []
+        return [], []
+    worlds = gains(tuned, simulated), gains(real_tuned, real) if real else None
     rows: list[list[Cell]] = []
-    for params, cases in ((tuned, simulated), (real_tuned, real)):
-        for case, values in gains(params, cases).items() if cases else ():
+    for world in worlds:
+        for case, values in (world or {}).items():
             rows += [[case, name, *numbers] for name, numbers in values.items()]
-    columns = ["case", "filter", "without", "with", "threshold [m/s²]"]
-    return [Table("Future work of the paper: threshold-based gains, RMSE", columns, rows)]
 
-
-def _adaptive_claims(tuned: Params, simulated: Cases, real_tuned: Params, real: Cases) -> list[Claim]:
-    """The expectation of the paper's future work."""
-    if not adaptive():
-        return []
-
-    def better(world: tuple[Params, Cases]) -> Verdict:
-        found = {case: group for case, group in gains(*world).items() if "vibration" not in case}
+    def better(found: Gains) -> Verdict:
         parts = {
-            f"{name} ({case})": 100.0 * (each[1] / each[0] - 1.0)
+            f"{name} ({case})": 100.0 * (with_threshold / without - 1.0)
             for case, group in found.items()
-            for name, each in group.items()
+            if "vibration" not in case
+            for name, (without, with_threshold, _) in group.items()
         }
         return Verdict(max(parts.values()) < 0.0, _common.listed(parts, " %"))
 
-    worlds = (tuned, simulated), (real_tuned, real) if real else None
-    return [Claim("Threshold-based gains improve the filters under acceleration", *_common.verdicts(better, *worlds))]
+    columns = ["case", "filter", "without", "with", "threshold [m/s²]"]
+    claim = "Threshold-based gains improve the filters under acceleration"
+    return (
+        [Table("Future work of the paper: threshold-based gains, RMSE", columns, rows)],
+        [Claim(claim, *_common.verdicts(better, *worlds))],
+    )
 
 
 def adaptive() -> list[str]:
@@ -377,7 +384,7 @@ def adaptive() -> list[str]:
     return [name for name, cls in CLASSES.items() if ADAPTIVE in cls.PARAMS]
 
 
-def gains(params: Params, cases: Cases) -> dict[str, dict[str, tuple[float, float, float]]]:
+def gains(params: Params, cases: Cases) -> Gains:
     """RMSE without and with a threshold, and the threshold, found by a grid on the first case with acceleration."""
     chosen: dict[str, dict[str, Any]] = {}
     first = next(group for case, group in cases.items() if case != "1: level")
