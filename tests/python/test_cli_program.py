@@ -21,7 +21,7 @@ def file(tmp_path: Path) -> Path:
 def test_version_and_help_succeed(capsys: Capture) -> None:
     assert output_of(capsys, "--version") == f"ahrs-rs {ar.__version__}\n"
     assert "compare" in output_of(capsys, "--help")
-    for command in ("run", "compare", "filters", "demo"):
+    for command in ("run", "compare", "filters", "simulate", "demo"):
         assert output_of(capsys, command, "--help").startswith(f"usage: ahrs-rs {command} ")
 
 

@@ -11,12 +11,12 @@ import sys
 from typing import NoReturn
 
 import ahrs_rs
-from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, tune
+from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, simulate, tune
 from ahrs_rs.cli._common import CliError
 
 __all__ = ["main"]
 
-COMMANDS = (run, compare, tune, filters, calibrate, noise, demo, papers)
+COMMANDS = (run, compare, tune, filters, calibrate, noise, simulate, demo, papers)
 
 FAILED = 2
 INTERRUPTED = 130

@@ -1,6 +1,8 @@
 """Smooth functions of time with exact derivatives: what motions are made of.
 
 A function has `derivative(t, order)`: the values at the times t (T,) as (T, columns). Order 0 is the function itself.
+Each column is in one piece in memory (the array is the transpose of one that numpy would call contiguous), which is the
+fast layout for what is computed from it, column by column.
 """
 
 from __future__ import annotations
@@ -36,10 +38,10 @@ class Polynomial:
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
         """(T, columns) at t (T,)."""
-        total = np.zeros((len(t), self.coefficients.shape[1]))
+        total = np.zeros((self.coefficients.shape[1], len(t)))
         for power in range(len(self.coefficients) - 1, order - 1, -1):
-            total = total * t[:, None] + math.perm(power, order) * self.coefficients[power]
-        return total
+            total = total * t + math.perm(power, order) * self.coefficients[power][:, None]
+        return total.T
 
 
 def constant(value: ArrayLike) -> Polynomial:
@@ -60,18 +62,15 @@ class Waves:
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
         """(T, columns) at t (T,)."""
-        total: FloatArray | None = None
+        total = np.zeros((self.amplitude.shape[1], len(t)))
         for amplitude, frequency, phase in zip(self.amplitude, self.frequency, self.phase, strict=True):
-            angle = frequency * t[:, None]
-            angle += phase
+            angle = frequency[:, None] * t
+            angle += phase[:, None]
             angle += 0.5 * math.pi * order
             np.sin(angle, out=angle)
-            angle *= amplitude * frequency**order
-            if total is None:
-                total = angle
-            else:
-                total += angle
-        return np.zeros((len(t), self.amplitude.shape[1])) if total is None else total
+            angle *= (amplitude * frequency**order)[:, None]
+            total += angle
+        return total.T
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,18 +121,17 @@ class Piecewise:
         cycle = np.floor((t - first) / (last - first)) if self.periodic else None
         inside = np.clip(t if cycle is None else t - cycle * (last - first), first, last)
         piece = np.searchsorted(self.breaks[1:-1], inside, side="right")
-        x = (inside - self.breaks[piece])[:, None]
-        degree = len(self.coefficients) - 1
-        total = np.zeros((len(t), self.coefficients.shape[2]))
-        for power in range(degree, order - 1, -1):
+        x = inside - self.breaks[piece]
+        total = np.zeros((self.coefficients.shape[2], len(t)))
+        for power in range(len(self.coefficients) - 1, order - 1, -1):
             total *= x
-            total += (math.perm(power, order) * self.coefficients[power])[piece]
+            total += (math.perm(power, order) * self.coefficients[power].T)[:, piece]
         if cycle is None:
             if order > 0:
-                total[(t < first) | (t >= last)] = 0.0
+                total *= (t >= first) & (t < last)
         elif order == 0:
-            total += cycle[:, None] * (self._end() - self.coefficients[0, 0])
-        return total
+            total += cycle * (self._end() - self.coefficients[0, 0])[:, None]
+        return total.T
 
     def _end(self) -> FloatArray:
         x = self.breaks[-1] - self.breaks[-2]
@@ -186,7 +184,7 @@ def moves(
         for lasting, part in parts if np.any(way != 0.0) else [(duration, Power([0.0]))]:
             if lasting > 1e-12 * duration:
                 breaks.append(breaks[-1] + lasting)
-                piece = np.outer(part.coef, speed)
+                piece = _real(part)[:, None] * speed
                 piece[0] += value
                 pieces.append(piece)
         value = value + way
@@ -201,7 +199,7 @@ def bumps(start: float, width: float, period: float, height: ArrayLike) -> Piece
     Its third derivative is continuous. All times in s; height (columns,).
     """
     u = Power([0.0, 1.0 / width])
-    shape = np.outer(((4.0 * u * (1.0 - u)) ** 4).coef, np.asarray(height, dtype=np.float64))
+    shape = _real((4.0 * u * (1.0 - u)) ** 4)[:, None] * np.asarray(height, dtype=np.float64)
     coefficients = np.stack((shape, np.zeros_like(shape)), axis=1)
     return Piecewise(np.array([start, start + width, start + period]), coefficients, periodic=True)
 
@@ -223,6 +221,11 @@ def spline(points: ArrayLike, interval: float, begin: float = 0.0) -> Piecewise:
     powers = ((a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a + c) - b, (d - a) / 6.0 + 0.5 * (b - c))
     coefficients = np.stack([power / interval**i for i, power in enumerate(powers)])
     return Piecewise(begin + interval * np.arange(float(len(through))), coefficients)
+
+
+def _real(polynomial: Power) -> FloatArray:
+    """The coefficients, which numpy's types would let be complex."""
+    return np.asarray(polynomial.coef, dtype=np.float64)
 
 
 def _ramp(smoothness: int) -> Power:

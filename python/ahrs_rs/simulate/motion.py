@@ -5,11 +5,11 @@ Whatever has the methods of `Motion` can be recorded: a class of your own too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _quat
 from .functions import SPLINE_ROUNDS, FloatArray, Function, constant
@@ -85,13 +85,10 @@ class EulerMotion:
         roll, pitch, _ = self.angles.derivative(t, 0).T
         roll_rate, pitch_rate, yaw_rate = self.angles.derivative(t, 1).T
         across = yaw_rate * np.cos(pitch)
-        return np.stack(
-            (
-                roll_rate - yaw_rate * np.sin(pitch),
-                pitch_rate * np.cos(roll) + across * np.sin(roll),
-                across * np.cos(roll) - pitch_rate * np.sin(roll),
-            ),
-            axis=-1,
+        return _quat.columns(
+            roll_rate - yaw_rate * np.sin(pitch),
+            pitch_rate * np.cos(roll) + across * np.sin(roll),
+            across * np.cos(roll) - pitch_rate * np.sin(roll),
         )
 
     def position(self, t: FloatArray) -> FloatArray:
@@ -122,13 +119,10 @@ class EulerMotion:
         (roll, pitch, _), (p, q, r), (p_rate, q_rate, r_rate) = (self.angles.derivative(t, i).T for i in range(3))
         s, c = np.sin(roll), np.cos(roll)
         across, across_rate = r * np.cos(pitch), r_rate * np.cos(pitch) - r * q * np.sin(pitch)
-        return np.stack(
-            (
-                p_rate - r_rate * np.sin(pitch) - r * q * np.cos(pitch),
-                q_rate * c + across_rate * s + p * (across * c - q * s),
-                across_rate * c - q_rate * s - p * (across * s + q * c),
-            ),
-            axis=-1,
+        return _quat.columns(
+            p_rate - r_rate * np.sin(pitch) - r * q * np.cos(pitch),
+            q_rate * c + across_rate * s + p * (across * c - q * s),
+            across_rate * c - q_rate * s - p * (across * s + q * c),
         )
 
 
@@ -185,6 +179,18 @@ class SplineMotion(_Carried):
     control: FloatArray
     interval: float
     path: Function = NOWHERE
+    #: The turns between control points: axes (n, 3) and half angles (n,).
+    axes: FloatArray = field(init=False, repr=False)
+    halves: FloatArray = field(init=False, repr=False)
+    _columns: tuple[FloatArray, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        turns = _quat.log(_quat.multiply(_quat.conjugate(self.control[:-1]), self.control[1:]))
+        angles = np.linalg.norm(turns, axis=1)
+        object.__setattr__(self, "axes", turns / np.where(angles > 0.0, angles, 1.0)[:, None])
+        object.__setattr__(self, "halves", 0.5 * angles)
+        columns = tuple(np.ascontiguousarray(one.T) for one in (self.control, self.axes))
+        object.__setattr__(self, "_columns", columns)
 
     @classmethod
     def through(cls, orientations: ArrayLike, interval: float, path: Function = NOWHERE) -> SplineMotion:
@@ -213,7 +219,7 @@ class SplineMotion(_Carried):
             inner = _quat.multiply(inner, exp(1.5 * missing))
             inner = inner / np.linalg.norm(inner, axis=1, keepdims=True)
         if not np.abs(missing).max() < 1e-9:
-            raise ValueError("orientations: way points are too far apart for a spline; give more of them")
+            raise ValueError("orientations: the turns between way points are too large for a spline; give more of them")
         # Equal signs along the curve, so that the segments join without a jump from q to -q.
         control = np.concatenate((inner[1:2], inner, inner[-2:-1]))
         sign = np.where((control[1:] * control[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
@@ -237,30 +243,36 @@ class SplineMotion(_Carried):
 
     def orientation(self, t: FloatArray) -> FloatArray:
         """(T, 4), continuous in sign."""
-        segment, u, turns = self._segments(t)
-        q = self.control[segment]
-        for weight, turn in zip(_weights(u), turns, strict=True):
-            q = _quat.multiply(q, exp(weight[:, None] * turn))
+        segment, u = self._segments(t)
+        q = self._columns[0].take(segment, axis=1).T
+        for i, weight in enumerate(_weights(u)):
+            q = _quat.multiply(q, self._turn(segment + i, weight))
         return q
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
         """(T, 3) rad/s in the sensor frame."""
-        _, u, turns = self._segments(t)
-        rate = np.zeros((len(t), 3))
-        for weight, slope, turn in zip(_weights(u), _slopes(u), turns, strict=True):
-            rate = _quat.rotate(exp(-weight[:, None] * turn), rate) + (slope / self.interval)[:, None] * turn
+        segment, u = self._segments(t)
+        rate = np.zeros((3, len(t))).T
+        for i, (weight, slope) in enumerate(zip(_weights(u), _slopes(u), strict=True)):
+            added = self._columns[1].take(segment + i, axis=1) * (
+                2.0 * self.halves[segment + i] * slope / self.interval
+            )
+            rate = _quat.rotate(self._turn(segment + i, -weight), rate) + added.T
         rate[(t < 0.0) | (t >= self.end)] = 0.0
         return rate
 
-    def _segments(self, t: FloatArray) -> tuple[NDArrayInt, FloatArray, list[FloatArray]]:
-        """Each time's segment, the part of it that has passed, and the turns between its control points."""
-        turn = _quat.log(_quat.multiply(_quat.conjugate(self.control[:-1]), self.control[1:]))
+    def _segments(self, t: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+        """Each time's segment, and the part of it that has passed."""
         x = np.clip(t / self.interval, 0.0, len(self.control) - 3)
         segment = np.minimum(x.astype(np.intp), len(self.control) - 4)
-        return segment, x - segment, [turn[segment + i] for i in range(3)]
+        return segment, x - segment
 
-
-NDArrayInt = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    def _turn(self, which: NDArray[np.intp], part: FloatArray) -> FloatArray:
+        """Quaternions (T, 4) of a part of the turns between control points."""
+        half = part * self.halves[which]
+        sine = np.sin(half)
+        x, y, z = self._columns[1].take(which, axis=1)
+        return _quat.columns(np.cos(half), sine * x, sine * y, sine * z)
 
 
 @dataclass(frozen=True, slots=True)
@@ -338,24 +350,20 @@ def from_euler(angles: FloatArray) -> FloatArray:
     half = 0.5 * angles.T
     (cx, cy, cz), (sx, sy, sz) = np.cos(half), np.sin(half)
     w, x, y, z = cz * cy, -sz * sy, cz * sy, sz * cy
-    quat = np.empty((len(angles), 4))
-    quat[:, 0] = w * cx - x * sx
-    quat[:, 1] = w * sx + x * cx
-    quat[:, 2] = y * cx + z * sx
-    quat[:, 3] = z * cx - y * sx
-    return quat
+    return _quat.columns(w * cx - x * sx, w * sx + x * cx, y * cx + z * sx, z * cx - y * sx)
 
 
 def exp(vector: FloatArray) -> FloatArray:
     """Unit quaternions (..., 4) of rotation vectors (..., 3) in rad."""
-    half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
-    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * vector), axis=-1)
+    half = 0.5 * np.linalg.norm(vector, axis=-1)
+    size = 0.5 * np.sinc(half / np.pi)
+    return _quat.columns(np.cos(half), *(size * part for part in np.moveaxis(vector, -1, 0)))
 
 
 def _tilt(axis: FloatArray) -> FloatArray:
     """The shortest rotations (T, 4) that take the vertical to unit vectors (T, 3)."""
     w = np.sqrt(0.5 * (1.0 + axis[:, 2]))
-    return np.stack((w, -axis[:, 1] / (2.0 * w), axis[:, 0] / (2.0 * w), np.zeros_like(w)), axis=-1)
+    return _quat.columns(w, -axis[:, 1] / (2.0 * w), axis[:, 0] / (2.0 * w), np.zeros_like(w))
 
 
 def _weights(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -13,6 +13,9 @@ from .sensor import Triad
 
 #: Largest ratio of weights within one cumulative sum of a decaying process: three digits of sixteen are lost.
 LARGEST_WEIGHT = 1e3
+#: Values of a drift in its shortest correlation time: what is lost by lines in between is a seventh of that process's
+#: deviation at most.
+STEPS = 25
 #: Allan deviation of a Gauss-Markov process with deviation 1 at its peak, and of flicker noise with B = 1.
 MARKOV_PEAK, FLICKER_FLOOR = 0.6174, math.sqrt(2.0 * math.log(2.0) / math.pi)
 
@@ -46,37 +49,43 @@ def stream(seed: int, part: int, effect: int = 0) -> np.random.Generator:
 
 
 class Drift:
-    """Instability and random walk of one triad, block after block, at a constant rate in Hz."""
+    """Instability and random walk of one triad over so many rows at a constant rate in Hz.
 
-    def __init__(self, triad: Triad, seed: int, part: Part, rate: float) -> None:
-        self._walk = np.broadcast_to(triad.random_walk, 3) / math.sqrt(rate)
-        self._walk_stream = stream(seed, part, Effect.RANDOM_WALK)
-        self._walked = np.zeros(3)
-        self._markov_stream = stream(seed, part, Effect.INSTABILITY)
+    Drawn `STEPS` times in the shortest correlation time (or at every row, if those are fewer), and linear in between.
+    """
+
+    def __init__(self, triad: Triad, seed: int, part: Part, rate: float, count: int) -> None:
+        walk, instability = (np.broadcast_to(one, 3) for one in (triad.random_walk, triad.instability))
         times = np.array(triad.instability_times)
-        deviation = markov_deviation(times) * np.broadcast_to(triad.instability, 3)
-        self._keeps = np.exp(-1.0 / (rate * times)) if deviation.any() else np.zeros(0)
-        self._kick = np.sqrt(-np.expm1(-2.0 / (rate * times)))[:, None] * deviation
-        self._states = deviation * self._markov_stream.standard_normal((len(times), 3))
+        self._any = bool(walk.any() or instability.any())
+        if not self._any:
+            return
+        self._step = max(1, int(rate * times[0] / STEPS))
+        dt, nodes = self._step / rate, -(-count // self._step) + 1
+        self._values = np.zeros((3, nodes))
+        if walk.any():
+            steps = stream(seed, part, Effect.RANDOM_WALK).standard_normal((3, nodes - 1))
+            self._values[:, 1:] += np.cumsum(walk[:, None] * math.sqrt(dt) * steps, axis=1)
+        if instability.any():
+            generator = stream(seed, part, Effect.INSTABILITY)
+            deviation = (markov_deviation(times) * instability)[:, None]
+            for time in times:
+                kicks = deviation * generator.standard_normal((3, nodes))
+                kicks[:, 1:] *= math.sqrt(-math.expm1(-2.0 * dt / time))
+                self._values += decaying_sum(kicks, math.exp(-dt / time))
 
     def __bool__(self) -> bool:
         """Whether there is any."""
-        return bool(len(self._keeps) or self._walk.any())
+        return self._any
 
-    def take(self, count: int) -> FloatArray:
-        """The next rows, (count, 3)."""
-        total = np.zeros((count, 3))
-        if self._walk.any():
-            steps = self._walk * self._walk_stream.standard_normal((count, 3))
-            total += self._walked + np.cumsum(steps, axis=0)
-            self._walked = total[-1].copy()
-        if len(self._keeps):
-            kicks = self._markov_stream.standard_normal((count, len(self._keeps), 3))
-            for i, keep in enumerate(self._keeps):
-                process = decaying_sum(self._kick[i] * kicks[:, i], float(keep), self._states[i])
-                self._states[i] = process[-1]
-                total += process
-        return total
+    def at(self, start: int, stop: int) -> FloatArray:
+        """(T, 3) at the rows from start to stop."""
+        step, first = self._step, start // self._step
+        if step == 1:
+            return self._values[:, start:stop].T
+        values = self._values[:, first : (stop - 1) // step + 2, None]
+        between = values[:, :-1] + (values[:, 1:] - values[:, :-1]) * (np.arange(step) / step)
+        return between.reshape(3, -1)[:, start - first * step : stop - first * step].T
 
 
 def markov_deviation(times: FloatArray) -> float:
@@ -90,29 +99,26 @@ def markov_deviation(times: FloatArray) -> float:
     return math.sqrt(math.log(times[1] / times[0]) / math.pi)
 
 
-def decaying_sum(kicks: FloatArray, keep: float, before: FloatArray) -> FloatArray:
-    """x[k] = keep · x[k-1] + kicks[k] for kicks (T, columns), from x[-1] = before.
+def decaying_sum(kicks: FloatArray, keep: float) -> FloatArray:
+    """x[k] = keep · x[k-1] + kicks[k] along the last axis of (rows, T), from x[-1] = 0.
 
-    Within a run of rows, x[k] keep^-k is a cumulative sum; the last rows of the runs are such a sequence again.
+    Within a run, x[k] keep^-k is a cumulative sum; the last values of the runs are such a sequence again.
     """
-    count = len(kicks)
+    count = kicks.shape[1]
     if keep < 1e-100:  # forgets at once; the weights below would underflow
         return kicks
     length = min(count, max(2, int(math.log(LARGEST_WEIGHT) / -math.log(keep))))
     runs = -(-count // length)
-    padded = np.zeros((runs * length, kicks.shape[1]))
-    padded[:count] = kicks
-    blocks = padded.reshape(runs, length, -1)
+    padded = np.zeros((len(kicks), runs * length))
+    padded[:, :count] = kicks
+    blocks = padded.reshape(-1, runs, length)
     weight = keep ** np.arange(1, length + 1)
-    blocks /= weight[:, None]
-    np.cumsum(blocks, axis=1, out=blocks)
-    blocks *= weight[:, None]
-    starts = np.empty((runs, kicks.shape[1]))
-    starts[0] = before
+    blocks /= weight
+    np.cumsum(blocks, axis=2, out=blocks)
+    blocks *= weight
     if runs > 1:
-        starts[1:] = decaying_sum(blocks[:-1, -1], float(weight[-1]), before)
-    blocks += weight[:, None] * starts[:, None]
-    return padded[:count]
+        blocks[:, 1:] += weight * decaying_sum(blocks[:, :-1, -1], float(weight[-1]))[:, :, None]
+    return padded[:, :count]
 
 
 def missing_rows(part: float, length: float, count: int, generator: np.random.Generator) -> NDArray[np.bool_]:
@@ -131,9 +137,9 @@ def missing_rows(part: float, length: float, count: int, generator: np.random.Ge
     at = 0
     while at < count:
         runs = max(16, int(1.2 * (count - at) / (present + length)))
-        gaps = generator.geometric(1.0 / present, runs)
+        gaps = np.minimum(generator.geometric(1.0 / present, runs), count)
         gaps[0] -= at == 0  # the first row may be missing too
-        lengths = generator.geometric(1.0 / length, runs)
+        lengths = np.minimum(generator.geometric(1.0 / length, runs), count)
         ends = at + np.cumsum(gaps + lengths)
         steps = np.zeros(count + 1, dtype=np.int64)
         np.add.at(steps, np.minimum(ends - lengths, count), 1)

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ._demo import hand_held, resting
+from ._record import check_positive
 from .functions import FloatArray, Modulo, Piecewise, Polynomial, Sum, Waves, bumps, constant, moves, spline
 from .magnetic import DEGREE, Dipole, Disturbance, IronFloor, Switched
 from .motion import Compound, EulerMotion, Motion, PacedMotion, SplineMotion, ThrustMotion, from_euler, still
@@ -51,6 +52,7 @@ def way_points(
     From one way point to the next, `interval` later, it turns by up to `turn` about any axis; the places are within
     `reach` of the origin.
     """
+    _positive(interval=interval, turn=turn, reach=reach)
     length = 60.0 if duration is None else duration
     draw = stream(seed, Part.MOTION)
     count = max(2, round(length / interval) + 1)
@@ -79,6 +81,8 @@ def robot_arm(
     the magnetometer by a field of this size and noise of a third of it. Phases: static, dynamic, roll, pitch, yaw,
     combined.
     """
+    _positive(speed=speed, angle=angle)
+    _not_negative(gripper=gripper)
     quarter = angle / speed
     steps: list[tuple[float, FloatArray]] = [(6.0, np.zeros(3))]
     phases = {"static": [(0.0, 6.0)], "dynamic": [(6.0, 0.0)]}
@@ -111,7 +115,7 @@ def back_and_forth(
     bank: float = 0.0,
     acceleration: float = 4.0,
     stroke: float = 0.5,
-    strokes: float = 6,
+    strokes: float = 6.0,
 ) -> Plan:
     """Parikh et al. 2021, cases 1 and 2: the sensor is moved back and forth along each axis of the earth, level or
     banked.
@@ -120,6 +124,7 @@ def back_and_forth(
     `acceleration` m/s². With `bank` (15° in the paper) the sensor rolls to this angle first, does them, comes back,
     then pitches to it and does them again. Distances and times are ours. Phases: static, accelerating.
     """
+    _positive(acceleration=acceleration, stroke=stroke, strokes=strokes)
     distance = acceleration * stroke**2 / 7.5  # the rise of the speed is steepest at its middle: 1.875 of the mean
     angle_steps: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3))]
     path_steps: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3))]
@@ -167,6 +172,8 @@ def vibration(
     on each axis. The numbers are ours: the paper gives none. The vibration is above half the sampling rate and so folds
     down.
     """
+    _positive(rotor_speed=rotor_speed)
+    _not_negative(acc=acc, gyr=gyr)
     base = still(roll, pitch)
     return Plan(motion=Compound(base, rotors(stream(seed, Part.MOTION), rotor_speed, acc, gyr)), duration=30.0)
 
@@ -189,6 +196,8 @@ def quadrotor(
     floor, at the floor. The paper gives the shape, the number of samples and that the field was disturbed; the rest is
     ours. Phases: flight.
     """
+    _positive(speed=speed)
+    _not_negative(acc=acc, gyr=gyr, iron=iron)
     corners = np.array([[5.0, 0.0], [5.0, 4.0], [0.0, 4.0], [0.0, 0.0]])
     height = 1.5
     path: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3)), (4.0, np.array([0.0, 0.0, height]))]
@@ -226,6 +235,7 @@ def moving_hand(
     some `acceleration` (m/s²). 160 Hz is one over the sum of their four processing times, 6.2 ms. The field is not
     measured.
     """
+    _not_negative(swing=swing, acceleration=acceleration)
     draw = stream(seed, Part.MOTION)
     frequency = 2.0 * math.pi * draw.uniform(0.2, 1.5, (6, 3))
     phase = draw.uniform(0.0, 2.0 * math.pi, (6, 3))
@@ -261,6 +271,7 @@ def rotation_test(seed: int, duration: float | None, *, interval: float = 0.8, r
     path is ours; four runs, halved speeds and 150 Hz are theirs. For the bias test give `gyr_bias`. Phases: static,
     run_1 to run_4.
     """
+    _positive(interval=interval, rest=rest)
     count = len(ROTATION_PATH) - 1
     path = SplineMotion.through(
         from_euler(ROTATION_PATH[:, :3] * DEGREE), interval, spline(ROTATION_PATH[:, 3:], interval)
@@ -293,6 +304,7 @@ def acceleration_test(
     The largest `speed` (m/s) and the `distance` are ours, the order is theirs. `wobble` is the amplitude of what little
     it rotates. For the bias test give `gyr_bias`. Phases: static, x, y, z.
     """
+    _positive(speed=speed, distance=distance)
     steps: list[tuple[float, FloatArray]] = [(5.0, np.zeros(3))]
     phases = {"static": ((0.0, 5.0),)}
     now = 5.0
@@ -318,7 +330,7 @@ def warm_up(
     """Hyyti & Visala 2015, section 4.4: a cooled sensor lies still for 40 minutes and warms up from `start` to `end`
     °C.
 
-    The time constant (s) is ours.
+    The `time_constant` (s) is ours.
     """
     temperature = Temperature(start=start, end=end, time_constant=time_constant, noise=0.02, resolution=1.0 / 280.0)
     return Plan(motion=still(), duration=2400.0, temperature=temperature)
@@ -337,13 +349,15 @@ def walking(
     iron: float = 0.0,
     floor: float = 0.0,
 ) -> Plan:
-    """A person walks: a periodic gait, the sensor on the pelvis or on a foot.
+    """A person walks: a periodic gait, the sensor on the pelvis or on a foot (`place`).
 
     On the pelvis: around a circle of `radius`, with the vertical bounce twice a stride, sway and turns once, and a heel
     strike with a peak of `heel` m/s² at every step. On the foot: straight on, at rest in every stance. `speed` is in
     m/s, `cadence` in steps/s. `iron` (A·m²) is the moment of a magnet on the floor that the way passes, `floor` (µT)
     the field of iron in the floor. Amplitudes are typical of healthy adults. Phases: static (the first 4 s), walking.
     """
+    _positive(speed=speed, cadence=cadence, radius=radius)
+    _not_negative(heel=heel, iron=iron, floor=floor)
     if place not in ("pelvis", "foot"):
         raise ValueError(f"place: expected 'pelvis' or 'foot', got {place!r}")
     length = 60.0 if duration is None else duration
@@ -355,7 +369,7 @@ def walking(
     pace = moves([0.0], [(rest, [0.0]), (walk / (1.0 - ramp), [walk])], ramp=ramp)
     disturbances: list[Disturbance] = []
     if iron > 0.0:
-        beside = (0.5 * radius, 0.5, -1.0) if place == "pelvis" else (10.0, 0.5, 0.0)
+        beside = (radius + 0.5, 0.0, -0.9) if place == "pelvis" else (10.0, 0.5, 0.0)
         disturbances.append(Dipole(position=beside, moment=(0.0, iron, 0.0)))
     if floor > 0.0:
         disturbances.append(IronFloor(deviation=floor, seed=seed))
@@ -435,3 +449,14 @@ def rotors(draw: np.random.Generator, speed: float, acc: float, gyr: float) -> E
     phase = draw.uniform(0.0, 2.0 * math.pi, (2, 12, 3))
     angles = Waves(gyr * strength / frequency, frequency, phase[0])
     return EulerMotion(angles, Waves(acc * strength / frequency**2, frequency, phase[1]))
+
+
+def _positive(**params: float) -> None:
+    for name, value in params.items():
+        check_positive(name, value)
+
+
+def _not_negative(**params: float) -> None:
+    for name, value in params.items():
+        if not value >= 0.0:
+            raise ValueError(f"{name}: expected a number that is not negative, got {value}")

@@ -7,8 +7,10 @@ arguments are its parameters, and its docstring tells about them.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ..recording import Recording
 from ._record import RATES, Intervals, Setup, Truth, check_positive, check_seed
@@ -108,6 +110,11 @@ class Scenario:
         if unknown:
             known = ", ".join(self.params) or "none"
             raise ValueError(f"{self.name} has no parameter {unknown[0]!r}; there are {known}")
+        for name, given in params.items():
+            if isinstance(self.params[name], str) != isinstance(given, str):
+                raise ValueError(f"{name}: expected a value like {self.params[name]!r}, got {given!r}")
+            if not isinstance(given, str) and not math.isfinite(given):
+                raise ValueError(f"{name}: expected a finite number, got {given}")
         plan = self.make(seed, duration, **params)
         own = isinstance(sensor, Sensor)
         chosen = sensor if isinstance(sensor, Sensor) else find_sensor(self.sensor if sensor is None else sensor)
@@ -129,13 +136,13 @@ class Scenario:
             name=self.name,
         )
 
-    def __call__(self, *, seed: int = 0, **options: object) -> Recording:
+    def __call__(self, *, seed: int = 0, **options: Any) -> Recording:
         """A recording; the options are those of `setup`."""
-        return self.setup(seed=seed, **options).record(seed)  # type: ignore[arg-type]
+        return self.setup(seed=seed, **options).record(seed)
 
-    def with_truth(self, *, seed: int = 0, **options: object) -> tuple[Recording, Truth]:
+    def with_truth(self, *, seed: int = 0, **options: Any) -> tuple[Recording, Truth]:
         """The recording, and the truth of every row."""
-        return self.setup(seed=seed, **options).record_with_truth(seed)  # type: ignore[arg-type]
+        return self.setup(seed=seed, **options).record_with_truth(seed)
 
 
 #: Name -> scenario.
@@ -162,7 +169,7 @@ def find_sensor(name: str) -> Sensor:
     return SENSORS[name]
 
 
-def scenario(name: str, *, seed: int = 0, **options: object) -> Recording:
+def scenario(name: str, *, seed: int = 0, **options: Any) -> Recording:
     """A recording of the scenario of that name; the options are those of `Scenario.setup`."""
     if name not in SCENARIOS:
         raise ValueError(f"scenario: unknown {name!r}; there are {', '.join(SCENARIOS)}")

@@ -2,7 +2,7 @@
 
 A triad of axes reads, with the temperature's distance ΔT from its reference, the specific force f and noise n,
 
-    y = round(clip((I + diag(gain_slope) ΔT) M x + b + bias_slope ΔT + drift + G f + n))
+    y = round(clip((M + diag(gain_slope) ΔT) x + b + bias_slope ΔT + drift + G f + n))
 
 where M = matrix + drawn scale and misalignment, b = bias + drawn bias, and G f is the gyroscope's only. Every
 number is one for all axes, or three; all are zero where not given, so that `Triad()` is exact.
@@ -46,7 +46,7 @@ class Triad:
     Parameters
     ----------
     density : one-sided density of white noise, unit/√Hz, as data sheets give it: a sample at f Hz has the standard
-        deviation density · √(f/2), and the Allan deviation at τ is density/√(2τ).
+        deviation density · √(f/2), the angle random walk is density/√2, the Allan deviation at τ is density/√(2τ).
     noise : standard deviation of further white noise that does not depend on the rate, unit.
     bias : constant, unit.
     bias_deviation : standard deviation of a constant bias that is drawn for every recording and added, unit.
