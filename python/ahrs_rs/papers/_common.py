@@ -23,9 +23,9 @@ T = TypeVar("T")
 Judge: TypeAlias = Callable[[T], Verdict]
 
 #: A time is the shortest of so many runs: what disturbs a run only makes it longer.
-REPEATS = 40
+REPEATS = 100
 #: of so many samples at most.
-CLOCKED = 6000
+CLOCKED = 2000
 #: Where roll and yaw are told apart, degrees of pitch.
 PITCH = 75.0
 

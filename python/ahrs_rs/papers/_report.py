@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import html
+import importlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,11 +61,13 @@ figures.forEach((figure, index) => {{
 """
 
 
-def require_plotly() -> None:
-    """Raise an ImportError that says what to install, where plotly is missing."""
+def require_plotly() -> Any:
+    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing."""
     try:
-        import plotly.offline  # noqa: F401
+        return importlib.import_module("plotly.offline")
     except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "plotly":
+            raise
         raise ImportError("the report needs plotly: pip install ahrs-rs[papers]") from error
 
 
@@ -75,13 +79,11 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
     ImportError
         plotly is not installed.
     """
-    require_plotly()
-    from plotly.offline import get_plotlyjs
-
+    library = require_plotly().get_plotlyjs()
     directory.mkdir(parents=True, exist_ok=True)
     figures = [plot for study in studies for plot in study.plots]
     page = PAGE.format(
-        library=get_plotlyjs(),
+        library=library,
         body=_body(studies, seed, recordings),
         # "</" would end the script element.
         figures=json.dumps([_figure(plot) for plot in figures]).replace("</", "<\\/"),

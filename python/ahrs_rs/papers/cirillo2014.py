@@ -57,7 +57,7 @@ SPEEDS = {"slow": 18.0, "fast": 45.0}
 #: 5.93°).
 GRIPPER = {"disturbed": 4.0, "severely disturbed": 20.0}
 #: How the sensor is turned for its calibration: in place, by up to 50° in 2 s, for 2 minutes at 100 Hz.
-TURNED = {"interval": 2.0, "reach": 0.0, "duration": 120.0, "rate": 100.0}
+TURNED = {"interval": 2.0, "reach": 1e-6, "duration": 120.0, "rate": 100.0}
 #: "Comparable" errors differ by no more than this factor.
 COMPARABLE = 1.5
 
