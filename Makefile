@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint build stubs accuracy papers browser bench format clean
+.PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench format clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,9 +56,13 @@ papers: build ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 browser: ## Install the browser (Debian, root) that the test of the papers' report looks for; without it: skipped
 	apt-get update && apt-get install --yes --no-install-recommends chromium
 
+calibration: build ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
+	$(BIN)/python tools/calibration.py
+
 bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1' 'imufusion==1.3.3'
 	$(BIN)/python benches/peers.py
+	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
 
 format: build ## Format everything

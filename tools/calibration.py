@@ -23,39 +23,39 @@ COMMON = ("02_", "05_")
 
 HEAD = """# Calibration
 
-Made by `make calibration` on the recordings of BROAD and RepoIMU. Deviation: standard deviation of the magnetometer's norm
-over its mean, in % (the measure of Cirillo et al. 2014), over all samples, outliers included.
+Made by `make calibration` on the recordings of BROAD and RepoIMU. Deviation: standard deviation of the magnetometer's
+norm over its mean, in % (the measure of Cirillo et al. 2014), over all samples, outliers included.
 
 ## Each recording by itself
 
-`ar.calibration.magnetometer` with 6 and with 9 parameters; a dash is a recording that does not determine them, which is
-refused with an error that says what is missing. Coverage: share of 72 cells of equal area of the sphere that the field was
-seen in; observability: information about the least known combination of the 9 parameters, over that of evenly spread
-directions (below 0.02 it is refused), by the 6-parameter fit where the 9 are refused.
+`ar.calibration.magnetometer` with 6 and with 9 parameters; a dash is a recording that does not determine them, which
+is refused with the error in the last column. Joint: one calibration for all recordings of a sensor, fitted on 02 and 05
+together (BROAD, 9 parameters) and on the three T-sticks together (RepoIMU, 6 parameters; 9 are {sticks}). Coverage:
+share of 72 cells of equal area of the sphere that the field was seen in; observability: information about the least
+known combination of the parameters, over that of evenly spread directions (below 0.02 it is refused).
 
 """
 
 HEADING = """
 ## Heading
 
-RMSE of the heading in degrees over the samples with movement, defaults of the filters, 9D: raw, by the calibration of the
-recording itself (6 and 9 parameters), and by one calibration of the recordings 02 and 05 together (9 parameters) for all.
-RepoIMU's truth differs from north and from the sensor by constant rotations, so it has no heading error to speak of.
+RMSE of the heading in degrees over the samples with movement, defaults of the filters, 9D: raw, by the calibration of
+the recording itself (6 and 9 parameters), and by the joint one. RepoIMU is left out: its truth differs from north and
+from the sensor by constant rotations.
 
 """
 
 EXPLANATION = """
-BROAD's magnetometer comes calibrated: what is left of its deviation is the field of the room, which differs from place to
-place by a few percent and is no error of the sensor. It is correlated over a hundred to two thousand readings, so that a
-recording of 53,000 of them tells what 30 to 500 independent ones do, and the fits say so: a scale is known to 0.5 % to 2 %,
-not to the 0.01 % that white noise would give. That is as much as they change, and so the heading becomes better on some
-recordings and worse on others. A calibration is worth having where a sensor has none: hard iron of 10 µT on each axis, put
-on the recordings 02 and 05 here, makes VQF's heading error {iron_before:.1f}°, and their own calibration takes it back to
-{iron_after:.1f}° ({raw:.1f}° without the iron).
+BROAD's magnetometer comes calibrated: what is left of its deviation is the field of the room, which differs from place
+to place by a few percent and is no error of the sensor. It is correlated over {correlation} readings, so that a
+recording of 53,000 of them tells what some hundred independent ones do, and the fits say so: a scale is known to
+{known} of itself, not to the 0.01 % that white noise would give. That is as much as they change, and so the
+heading becomes better on some recordings and worse on others. A calibration is worth having where a sensor has none:
+hard iron of 10 µT on each axis, put on the recordings 02 and 05 here, makes VQF's heading error {iron_before:.1f}°,
+and their own calibration takes it back to {iron_after:.1f}° ({raw:.1f}° without the iron).
 
-The attached magnets (32, 35) were put on and taken off during the recordings, which no constant calibration describes: both
-are refused. Translations (10 to 18, 27) do not turn the sensor enough. RepoIMU's T-sticks were turned about one axis at a
-time, each recording in few attitudes: all are refused, alone and taken together.
+The magnets of 32 and 35 were put on during the recordings and taken off again (the norm is that of the room at both
+ends), which no constant calibration describes.
 """
 
 
@@ -86,7 +86,7 @@ def shown(value: float | None) -> str:
 
 def deviations(recordings: list[tuple[str, ar.Recording]], common: dict[str, Calibration]) -> list[str]:
     lines = [
-        "| recording | before | 6 | 9 | 02 and 05 | coverage | observability | refused |",
+        "| recording | before | 6 | 9 | joint | coverage | observability | refused |",
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |",
     ]
     for name, recording in recordings:
@@ -95,7 +95,7 @@ def deviations(recordings: list[tuple[str, ar.Recording]], common: dict[str, Cal
         after = [one.deviation_after if isinstance(one, EllipsoidFit) else None for one in (six, nine)]
         best = next((one for one in (nine, six) if isinstance(one, EllipsoidFit)), None)
         said = {str(n): one.removeprefix("mag: ") for n, one in ((6, six), (9, nine)) if isinstance(one, str)}
-        reason = f"{' and '.join(said)}: {list(said.values())[0]}" if said else ""
+        reason = f"{' and '.join(said)}: {next(iter(said.values()))}" if said else ""
         group = common.get(name.partition(" ")[0])
         joint = None if group is None else deviation(group.apply(recording.mag))
         lines.append(
@@ -107,7 +107,7 @@ def deviations(recordings: list[tuple[str, ar.Recording]], common: dict[str, Cal
 
 
 def headings(recordings: list[tuple[str, ar.Recording]], common: Calibration) -> list[str]:
-    columns = [f"{name} {kind}" for name in FILTERS for kind in ("raw", "6", "9", "02 and 05")]
+    columns = [f"{name} {kind}" for name in FILTERS for kind in ("raw", "6", "9", "joint")]
     lines = [f"| recording | {' | '.join(columns)} |", f"| --- |{' ---: |' * len(columns)}"]
     rows = []
     for label, recording in recordings:
@@ -148,10 +148,21 @@ def main() -> int:
     joint = fitted(np.concatenate([one.mag for one in turned if one.mag is not None]), 9)
     sticks = np.concatenate([one.mag for name, one in others if "TStick" in name and one.mag is not None])
     assert isinstance(joint, EllipsoidFit), joint
-    assert isinstance(fitted(sticks, 6), str), "the text says that the T-sticks together are refused"
-    common = {"BROAD": joint.calibration}
-    text = HEAD + "\n".join(deviations(read + others, common)) + "\n" + HEADING
-    text += "\n".join(headings(read, joint.calibration)) + "\n" + EXPLANATION.format(**with_iron(turned))
+    stick, stick9 = fitted(sticks, 6), fitted(sticks, 9)
+    assert isinstance(stick, EllipsoidFit), stick
+    common = {"BROAD": joint.calibration, "RepoIMU": stick.calibration}
+    own = [fitted(one.mag, 6) for _, one in read if one.mag is not None]
+    fits = [one for one in own if isinstance(one, EllipsoidFit)]
+    known = [float((one.std[:3] / one.values[:3]).max()) for one in fits]
+    of = f"{min(one.correlation for one in fits):.0f} to {max(one.correlation for one in fits):.0f}"
+    numbers = with_iron(turned) | {"correlation": of, "known": f"{min(known):.1%} to {max(known):.1%}"}
+    text = (
+        HEAD.format(sticks="refused" if isinstance(stick9, str) else "as well determined")
+        + "\n".join(deviations(read + others, common))
+        + "\n"
+        + HEADING
+    )
+    text += "\n".join(headings(read, joint.calibration)) + "\n" + EXPLANATION.format(**numbers)
     DOCUMENT.write_text(text, encoding="utf-8")
     print(text)
     return 0

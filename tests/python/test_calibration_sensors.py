@@ -288,7 +288,7 @@ def test_six_positions_at_two_temperatures_are_the_papers_first_strategy() -> No
 
 
 def warming(seed: int, noise: float) -> list[tuple[FloatArray, FloatArray]]:
-    """Six positions, in each of which the sensor warms up from some 12 to 36 °C as the paper's figures 11 and 12 show."""
+    """Six positions; in each the sensor warms up from some 12 to 36 °C, as the figures 11 and 12 of the paper show."""
     random = np.random.default_rng(seed)
     found = []
     for up in POSES:

@@ -53,7 +53,7 @@ ROUNDING = 1e-11
 #: A step of the parameters (in units of the radius) below this ends the refinement; the next one would be a hundredth.
 CONVERGED = 1e-10
 #: While outliers are being chosen, this will do.
-NEARLY_CONVERGED = 1e-6
+NEARLY_CONVERGED = 1e-5
 #: So many readings are looked at for the information that their directions give.
 DIRECTIONS = 50_000
 #: Lags of a correlation that are computed one by one; more of them by a Fourier transform.
@@ -119,7 +119,7 @@ def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
         # Areas of the sphere, whatever the axes of the ellipsoid are.
         weights = _weights(state.a @ (few - state.b[:, None]))
     if count > MANY_READINGS:
-        part = z[:, :: count // MANY_READINGS]
+        part = np.ascontiguousarray(z[:, :: count // MANY_READINGS])
         state = _refine(part, few, weights, state.a, state.b, parameters, core)
     state = _refine(z, few, weights, state.a, state.b, parameters, core)
     a, b, keep, residual = state.a, state.b, state.keep, state.residual
@@ -128,7 +128,7 @@ def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
     freedom = max(len(kept) - parameters, 1)
     correlation = _correlation_time(kept)
     inverse = np.linalg.inv(state.h).astype(np.float64, copy=False)
-    scores, _, _ = _normal_equations(z, a, b, parameters, keep, inverse)
+    scores, _, _, _ = _normal_equations(z, a, b, parameters, keep, inverse)
     covariance = inverse @ scores @ inverse * correlation
     deviation = float(np.sqrt(kept @ kept / freedom))
     radius = _radius(a)
@@ -328,15 +328,12 @@ class _State:
     h: FloatArray
     g: FloatArray
     residual: FloatArray
+    cost: float
+    """Σ r² over the readings that are kept."""
 
     @classmethod
     def of(cls, z: FloatArray, a: FloatArray, b: FloatArray, keep: BoolArray, parameters: int) -> _State:
         return cls(a, b, keep, *_normal_equations(z, a, b, parameters, keep))
-
-    @property
-    def cost(self) -> float:
-        kept = self.residual[self.keep]
-        return float(kept @ kept)
 
 
 def _refine(
@@ -421,8 +418,8 @@ def _normal_equations(
     parameters: int,
     keep: BoolArray,
     inverse_h: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Σ J Jᵀ and Σ J r over the readings that are kept, and all residuals r.
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Σ J Jᵀ and Σ J r over the readings that are kept, all residuals r, and Σ r² of those that are kept.
 
     With H⁻¹ J is weighted by r / √(1 − Jᵀ H⁻¹ J): the residual, by which the fit has shortened it (MacKinnon and White,
     Journal of Econometrics 29:305-325, 1985: HC2).
@@ -463,7 +460,7 @@ def _normal_equations(
         cross = np.outer(g, w)
         h = radius**2 * (h - cross - cross.T + power * np.outer(w, w))
         g = radius**2 * (g - power * w)
-    return h, g, residual
+    return h, g, residual, radius**2 * power
 
 
 def _correlation_time(residual: FloatArray) -> float:
