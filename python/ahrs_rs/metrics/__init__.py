@@ -11,7 +11,7 @@ of a mask, without the NaN ones; they are NaN where no sample is left.
 
 Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
 Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
-the distances; Yin, Li, Jilkov, IEEE Signal Processing Letters 22(11), 2015, for `imre`.
+the distances; Yin et al., IEEE Signal Processing Letters 22(11), 2015, for `imre`.
 """
 
 from ahrs_rs.metrics._orientation import (
