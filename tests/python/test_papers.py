@@ -89,8 +89,9 @@ def test_curves_are_thinned_and_what_is_unknown_is_left_out() -> None:
 
 
 def test_spokes_of_a_spider_chart_are_scaled_by_the_largest() -> None:
-    plot = radar("", ["a", "b"], {"EKF": [1.0, 0.0], "Mahony": [4.0, 0.0]})
+    plot = radar("", ["a", "unknown", "b"], {"EKF": [1.0, math.nan, 0.0], "Mahony": [4.0, math.nan, 0.0]})
     assert [trace["r"] for trace in plot.data] == [[0.25, 0.0, 0.25], [1.0, 0.0, 1.0]]
+    assert all(trace["theta"] == ["a", "b", "a"] for trace in plot.data)
 
 
 def test_the_report_is_one_file_and_has_every_table(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -71,6 +72,11 @@ def angles(est: Estimate, recording: Recording) -> FloatArray:
 def angle_rmse(est: Estimate, recording: Recording) -> FloatArray:
     """(3,) RMSE of roll, pitch and yaw in degrees over the samples that count."""
     return np.asarray(metrics.rmse(angles(est, recording).T, recording.mask))
+
+
+def named(recordings: Iterable[Recording], part: str) -> list[Recording]:
+    """The recordings whose file has the part in its name."""
+    return [one for one in recordings if part in Path(str(one.meta.get("path", ""))).name]
 
 
 def not_vertical(recording: Recording) -> Recording:

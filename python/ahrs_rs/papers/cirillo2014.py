@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -126,10 +125,7 @@ def calibrations(seed: int) -> tuple[ar.calibration.Calibration, ar.calibration.
 def real_recordings(recordings: Sequence[ar.Recording]) -> dict[str, list[ar.Recording]]:
     """The same kinds among the real ones."""
     kinds = {"slow": "slow_rotation", "fast": "fast_rotation", "disturbed": "magnet"}
-    found = {
-        name: [one for one in recordings if part in Path(str(one.meta.get("path", ""))).name]
-        for name, part in kinds.items()
-    }
+    found = {name: _common.named(recordings, part) for name, part in kinds.items()}
     return found if all(found.values()) else {}
 
 
