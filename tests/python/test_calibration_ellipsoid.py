@@ -18,7 +18,7 @@ from ahrs_rs.calibration import (
     CalibrationError,
     CalibrationWarning,
     EllipsoidFit,
-    _ellipsoid,
+    _linear,
     accelerometer,
     ellipsoid,
     magnetometer,
@@ -159,7 +159,7 @@ def test_the_linear_start_is_cirillos_solution() -> None:
     bar, c = solution[:3], solution[3:]
     centre = c / bar  # eq 5
     d = 1 / (1 + centre @ (bar * centre))  # eqs 3, 4
-    squared, centre_here = _ellipsoid.algebraic(x.T, 6)
+    squared, centre_here = _linear.algebraic(x.T, 6)
     # Rounding times the condition of squares of readings, 1e4.
     assert np.allclose(np.diag(squared), d * bar, rtol=1e-10)
     assert np.allclose(centre_here, centre + x.mean(axis=0), rtol=0, atol=1e-9)

@@ -17,7 +17,7 @@ from ahrs_rs.calibration import (
     CalibrationError,
     TemperatureCalibration,
     Turn,
-    _ellipsoid,
+    _linear,
     gyroscope,
     gyroscope_from_reference,
     held_attitudes,
@@ -59,7 +59,7 @@ def test_six_positions_give_gain_and_bias_without_knowing_the_positions() -> Non
 def test_six_positions_are_cirillos_linear_system_solved_by_newton() -> None:
     # Six readings and six unknowns: both solve the same equations, one linear in other unknowns.
     x = measured(TABLE_4_ACC, GRAVITY * POSES, 25.0)
-    squared, centre = _ellipsoid.algebraic(x.T, 6)
+    squared, centre = _linear.algebraic(x.T, 6)
     found = six_positions(list(x))
     assert np.allclose(GRAVITY * np.sqrt(np.diag(squared)), 1 / found.gain, rtol=1e-10)
     assert np.allclose(centre, found.bias, rtol=0, atol=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _ellipsoid
+from . import _ellipsoid, _linear
 from ._common import AXES, CalibrationError, FloatArray
 
 #: Cells of equal area: bands of equal height (Archimedes) times sectors.
@@ -52,10 +52,10 @@ def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
         try:
             _ellipsoid.fit(x, 6, motion)
             few = "; parameters=6 would do with these"
-        except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
+        except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
             pass
     # About the centre of the best sphere, or, as a cloud of readings looks like a sphere of its own, about zero.
-    centre = _ellipsoid.centre_of_sphere(x)
+    centre = _linear.centre_of_sphere(x)
     unseen = _unseen(x - centre[:, None]) or ([] if few else _unseen(x))
     if len(unseen) > 3:
         return f"{head}: they saw few directions only: turn the sensor in all directions, upside down too{few}"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _directions, _ellipsoid, _windows
+from . import _directions, _ellipsoid, _linear, _windows
 from ._common import AXES, GRAVITY, CalibrationError, CalibrationWarning, FloatArray, positive, readings
 from .model import Calibration
 
@@ -247,7 +247,7 @@ def _fit(
     _directions.check_spread(name, x)
     try:
         found_fit = _ellipsoid.fit(x, parameters, motion)
-    except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
+    except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
         raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
     a, b, keep = found_fit.matrix, found_fit.centre, found_fit.keep
     y = a @ (x - b[:, None])
@@ -273,7 +273,7 @@ def _fit(
     residual_max = float((np.abs(found_fit.residual) * keep).max()) * (radius / found_fit.radius)
     names = tuple(f"S_{axis}{axis}" for axis in AXES)
     if parameters == 9:
-        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _ellipsoid.PAIRS)
+        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _linear.PAIRS)
     names += tuple(f"b_{axis}" for axis in AXES)
     before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(calibrated)
     std = np.sqrt(np.diag(covariance))
@@ -312,13 +312,13 @@ def _scaled(
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Parameters and covariance for the norm: S = r A, with r = det(A)^(-1/3) where it is not given."""
     a, count = fit.matrix, parameters - 3
-    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]))
+    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _linear.PAIRS[: count - 3]]))
     jacobian = np.eye(parameters)
     norm_std = 0.0
     if norm is None:
         radius = float(np.linalg.det(a)) ** (-1.0 / 3.0)
         inverse = np.linalg.inv(a)
-        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]
+        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _linear.PAIRS[: count - 3]]
         slope = -radius / 3.0 * np.array(weights)  # dr/dA
         norm_std = float(np.sqrt(slope @ fit.covariance[:count, :count] @ slope))
         jacobian[:count, :count] = radius * np.eye(count) + np.outer(entries, slope)
@@ -332,7 +332,7 @@ def _scaled(
 
 def _symmetric(values: FloatArray) -> FloatArray:
     matrix: FloatArray = np.diag(values[:3])
-    for value, (i, j) in zip(values[3:], _ellipsoid.PAIRS, strict=False):
+    for value, (i, j) in zip(values[3:], _linear.PAIRS, strict=False):
         matrix[i, j] = matrix[j, i] = value
     return matrix
 
