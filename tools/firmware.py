@@ -285,11 +285,10 @@ class Check:
 def inputs_hash(versions: dict[str, str]) -> str:
     """Of everything that a result depends on."""
     digest = hashlib.sha256(json.dumps(versions).encode())
-    folders = ["src", "firmware", "crates/capi"]
+    folders = ["src", "firmware", *(f"crates/capi/{folder}" for folder in ("src", "include", "examples"))]
     files = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
     files += [
-        ROOT / "Cargo.toml",
-        ROOT / "Cargo.lock",
+        *(ROOT / name for name in ("Cargo.toml", "Cargo.lock", "crates/capi/Cargo.toml")),
         *(ROOT / "tools" / name for name in ("firmware.py", "firmware_toolchain.py")),
     ]
     for path in sorted(files):

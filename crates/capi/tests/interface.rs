@@ -160,8 +160,13 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         assert_eq!(ahrs_init(ahrs.byte_add(4), 2000, madgwick, null(), 0, null()), AHRS_MEMORY);
         assert_eq!(init(&[-1.0], null()), AHRS_PARAMETER);
         assert_eq!(init(&[0.1, f32::NAN], null()), AHRS_PARAMETER - 1);
-        assert_eq!(init(&[0.1, 0.0, 99.0], null()), AHRS_PARAMETER - 2);
-        assert_eq!(init(&[0.0; 9], null()), AHRS_TOO_MANY);
+        let specs = (madgwick.spec)().params;
+        let choice = specs.iter().position(|spec| matches!(spec.kind, ParamKind::Choice { .. })).unwrap();
+        let mut values: Vec<f32> = specs.iter().map(|spec| spec.default() as f32).collect();
+        values[choice] = 99.0;
+        assert_eq!(init(&values, null()), AHRS_PARAMETER - i32::try_from(choice).unwrap());
+        values.push(0.0);
+        assert_eq!(init(&values, null()), AHRS_TOO_MANY);
         for settings in [
             AhrsSettings { frame: 3, ..AhrsSettings::default() },
             AhrsSettings { gyr_hold: 2, ..AhrsSettings::default() },
