@@ -14,8 +14,9 @@ Made by `make firmware` with {rust}, {arm-none-eabi-gcc} and {qemu-system-arm}.
 Every streaming filter, in f32 and with its defaults, on an emulated Cortex-M4F (mps2-an386, {target}),
 one image each. It replays {updates:,} samples of a recording that is computed on the way, from whole numbers and the
 core's own functions (firmware/src/recording.rs): a sensor that turns and shakes, steps of 8 to 11 ms and gaps of 2 s,
-rests, a magnetometer of a quarter of the rate, missing rows, a disturbed field. Each row goes through calibration and
-low-pass filters (firmware/src/pipeline.rs) to the filter, as in an application. The host runs the same source.
+rests, missing rows, a disturbed field, a magnetometer that has a quarter of the rate for an eighth of the time. Each
+row goes through calibration and low-pass filters (firmware/src/pipeline.rs) to the filter, as in an application. The
+host runs the same source.
 """
 
 COST = """
@@ -26,7 +27,8 @@ COST = """
   function of the crate `libm`.
 - *flash*: text and data of a whole application that reads sensors, updates by 9D data and writes the attitude
   (firmware/src/bin/bare.rs), start-up included; without a filter it has {bare} bytes. The C example
-  (crates/capi/examples/replay.c), with all that the interface does for a filter, and printing: {c}.
+  (crates/capi/examples/replay.c), with all that the interface does for a filter, and printing:
+  {c}.
 - *stack* below the caller's frame, painted before and searched after every update; *state*: the estimator's size.
   Flash, stack and state are in bytes.
 
@@ -67,8 +69,15 @@ PAPERS = (
 )
 
 
+#: Columns that hold words.
+TEXT = ("filter", "paper", "data")
+
+
 def table(head: list[str], rows: list[list[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "| " + " | ".join(["---"] + ["---:"] * (len(head) - 1)) + " |"]
+    lines = [
+        "| " + " | ".join(head) + " |",
+        "| " + " | ".join(["---" if name in TEXT else "---:" for name in head]) + " |",
+    ]
     return "\n" + "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
 
 

@@ -2,7 +2,7 @@
 //!
 //! A sensor turns and is shaken in the earth's fields; noise is a generator of whole numbers, angles of the motion are whole
 //! numbers of 2⁻³² turns, and all else is the core's arithmetic, so that every machine makes the same rows to the last bit.
-//! In it are a slower magnetometer, missing rows, steps of changing length, gaps, rests and a disturbed field.
+//! In it are a magnetometer that is slower for a while, missing rows, steps of changing length, gaps, rests and a disturbed field.
 
 use ahrs_rs::trig::sin_cos;
 use ahrs_rs::{Quat, Vec3, so3};
@@ -102,8 +102,9 @@ impl Recording {
         if self.rarely(6) {
             acc = MISSING;
         }
-        // A magnetometer of a quarter of the rate.
-        if k & 3 != 0 || self.rarely(6) {
+        // For an eighth of the time the magnetometer has a quarter of the rate.
+        let slower = k & 0x0700 == 0x0200;
+        if (slower && k & 3 != 0) || self.rarely(6) {
             mag = MISSING;
         }
         Row { gyr, acc, mag, dt }

@@ -16,8 +16,7 @@ FLAT = 0.1
 
 
 def coverage(y: FloatArray) -> float:
-    """Share of the cells of the sphere in which there is a reading (3, n); of many readings a part is looked at."""
-    y = y[:, :: max(y.shape[1] // _ellipsoid.DIRECTIONS, 1)]
+    """Share of the cells of the sphere in which there is a reading (3, n)."""
     u = y / np.sqrt((y * y).sum(axis=0))
     band = np.clip(((u[2] + 1.0) * (0.5 * BANDS)).astype(np.int64), 0, BANDS - 1)
     sector = ((np.arctan2(u[1], u[0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _directions, _ellipsoid, _linear, _windows
+from . import _directions, _ellipsoid, _linear, _sums, _windows
 from ._common import AXES, GRAVITY, CalibrationError, CalibrationWarning, FloatArray, positive, readings
 from .model import Calibration
 
@@ -249,9 +249,8 @@ def _fit(
         found_fit = _ellipsoid.fit(x, parameters, motion)
     except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
         raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
-    a, b, keep = found_fit.matrix, found_fit.centre, found_fit.keep
-    y = a @ (x - b[:, None])
-    observability = _ellipsoid.observability(y[:, keep], parameters)
+    keep = found_fit.keep
+    observability = found_fit.observability
     misfit = found_fit.deviation / found_fit.radius
     if misfit > LARGEST_RESIDUAL:
         raise CalibrationError(
@@ -268,14 +267,13 @@ def _fit(
             f"{hint}"
         )
     values, covariance, radius, radius_std = _scaled(found_fit, parameters, norm)
-    matrix = _symmetric(values[:-3])
-    calibrated = np.sqrt((y * y).sum(axis=0))
+    matrix = _sums.symmetric(values[:-3])
     residual_max = float((np.abs(found_fit.residual) * keep).max()) * (radius / found_fit.radius)
     names = tuple(f"S_{axis}{axis}" for axis in AXES)
     if parameters == 9:
         names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _linear.PAIRS)
     names += tuple(f"b_{axis}" for axis in AXES)
-    before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(calibrated)
+    before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(1.0 + found_fit.residual / found_fit.radius)
     std = np.sqrt(np.diag(covariance))
     info: dict[str, Any] = {
         "method": f"ellipsoid, {parameters} parameters",
@@ -287,7 +285,7 @@ def _fit(
         "outliers": int(np.count_nonzero(~keep)),
     }
     return EllipsoidFit(
-        calibration=Calibration(matrix, b, info),
+        calibration=Calibration(matrix, found_fit.centre, info),
         norm=radius,
         norm_std=radius_std,
         names=names,
@@ -298,7 +296,7 @@ def _fit(
         correlation=found_fit.correlation,
         deviation_before=before,
         deviation_after=after,
-        coverage=_directions.coverage(y[:, keep]),
+        coverage=_directions.coverage(found_fit.directions),
         observability=observability,
         samples=info["samples"],
         outliers=info["outliers"],
@@ -328,13 +326,6 @@ def _scaled(
     values = np.concatenate((radius * entries, fit.centre))
     covariance: FloatArray = jacobian @ fit.covariance @ jacobian.T
     return values, covariance, radius, norm_std
-
-
-def _symmetric(values: FloatArray) -> FloatArray:
-    matrix: FloatArray = np.diag(values[:3])
-    for value, (i, j) in zip(values[3:], _linear.PAIRS, strict=False):
-        matrix[i, j] = matrix[j, i] = value
-    return matrix
 
 
 def _mean_gain(fit: EllipsoidFit) -> float:
