@@ -7,8 +7,9 @@ fast layout for what is computed from it, column by column.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -20,6 +21,8 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 #: The correction of control points halves the error of a spline at its way points each time.
 SPLINE_ROUNDS = 80
+#: Shorter runs of times in the same piece are not worth a loop of their own.
+LEAST_RUN = 64
 
 
 class Function(Protocol):
@@ -122,10 +125,13 @@ class Piecewise:
         inside = np.clip(t if cycle is None else t - cycle * (last - first), first, last)
         piece = np.searchsorted(self.breaks[1:-1], inside, side="right")
         x = inside - self.breaks[piece]
+        factors = [math.perm(power, order) for power in range(len(self.coefficients))]
         total = np.zeros((self.coefficients.shape[2], len(t)))
-        for power in range(len(self.coefficients) - 1, order - 1, -1):
-            total *= x
-            total += (math.perm(power, order) * self.coefficients[power].T)[:, piece]
+        for run, which in _runs(piece):
+            part, time = total[:, run], x[run]
+            for power in range(len(self.coefficients) - 1, order - 1, -1):
+                part *= time
+                part += factors[power] * self.coefficients[power, which].T
         if cycle is None:
             if order > 0:
                 total *= (t >= first) & (t < last)
@@ -142,6 +148,16 @@ class Piecewise:
     def end(self) -> float:
         """The last break, s."""
         return float(self.breaks[-1])
+
+
+def _runs(piece: NDArray[np.intp]) -> Iterator[tuple[slice, NDArray[np.intp]]]:
+    """Slices of times in the same piece, with its number as (1,); where runs are short, all times at once."""
+    starts = np.flatnonzero(np.diff(piece, prepend=-1))
+    if len(starts) * LEAST_RUN > len(piece):
+        yield slice(None), piece
+        return
+    for start, stop in itertools.pairwise((*starts.tolist(), len(piece))):
+        yield slice(start, stop), piece[start : start + 1]
 
 
 def moves(
