@@ -19,7 +19,7 @@ from .noise import Drift, Effect, Part, missing_rows, stream
 from .sensor import Sensor, Triad, as_dict
 
 #: Samples that are computed at a time: the temporary arrays of a block stay in the processor's cache.
-BLOCK = 4096
+BLOCK = 8192
 
 RATES = ("mean", "instantaneous")
 Intervals = tuple[tuple[float, float], ...]
