@@ -126,10 +126,14 @@ def test_the_uncertainty_grows_with_the_correlation_of_the_noise() -> None:
     assert np.all(coloured.std > 3 * white.std)
 
 
-@BOTH
-def test_the_fit_is_the_minimum_that_scipy_finds(parameters: int) -> None:
-    x, _, _ = sensor(3, parameters, count=300)
+# Of more than 50,000 readings gradients alone are summed up; those of nine parameters are no sensor of six.
+@pytest.mark.parametrize(("parameters", "of", "count"), [(6, 6, 300), (9, 9, 300), (6, 9, 60_000), (9, 9, 60_000)])
+def test_the_fit_is_the_minimum_that_scipy_finds(parameters: int, of: int, count: int) -> None:
+    x, _, _ = sensor(3, of, count=count)
     fit = ellipsoid(x, parameters=parameters)
+    # Without the outliers: one in 16,000 is beyond four deviations of normal noise, which makes norms larger, too.
+    mean = fit.norm * (1.0 + (fit.residual_rms / fit.norm) ** 2)
+    x = x[np.argsort(np.abs(np.linalg.norm(fit.calibration.apply(x), axis=1) - mean))[: fit.samples]]
     pairs = ((0, 1), (0, 2), (1, 2))
 
     def residuals(theta: FloatArray) -> FloatArray:
