@@ -4,7 +4,7 @@ Builds one image for each filter of the registry, replays the same recording in 
 bit differs, where two runs execute different numbers of instructions, where an image holds a panic, an allocation or
 arithmetic in f64, or where a goal of size is missed. What it measures is kept as docs/firmware.md; with --check it
 fails where that is not what this run gives (sizes and counts only with the compilers of its head). Nothing is built
-again where nothing has changed.
+again where no source has changed, and no image is replayed again that has not.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ SOFT_UPDATES = 2_000
 
 MODES = ("9D", "6D")
 
+#: Files that compilers and linkers read.
+SOURCES = (".rs", ".c", ".h", ".ld", ".toml")
+
 #: What an image must not hold: a name, as nm demangles it, and what it means.
 FORBIDDEN = (
     (r"core::panicking|rust_begin_unwind|_fail(ed)?\b|panic", "a panic"),
@@ -57,6 +60,8 @@ class Check:
         self.rust = compiler
         self.images = TARGET / "images"
         self.images.mkdir(parents=True, exist_ok=True)
+        self.replays = TARGET / "replays"
+        self.replays.mkdir(exist_ok=True)
         self.plugin = TARGET / "count.so"
         self.manifest = ("--manifest-path", ROOT / "firmware" / "Cargo.toml")
         self.failures: list[str] = []
@@ -139,12 +144,26 @@ class Check:
         lines = [line for mode in MODES for line in run([program, mode, f"{updates:x}"]).stdout.splitlines()]
         return {(name, mode): words[:6] for name, mode, *words in (line.split() for line in lines)}
 
-    def replay(self, name: str, mode: str, image: Path, expected: list[str]) -> dict[str, Any]:
-        """Replays in the emulator, twice, and compares."""
+    def twice(self, name: str, mode: str, image: Path) -> tuple[str, dict[str, Any]]:
+        """What the emulator gives for an image, which two runs agree on; of the same image it is known from then on."""
+        parts = (image.read_bytes(), self.plugin.read_bytes(), self.tools["qemu-system-arm"].version().encode())
+        digest = hashlib.sha256(f"{mode} {UPDATES}".encode())
+        for part in parts:
+            digest.update(hashlib.sha256(part).digest())
+        kept = self.replays / f"{digest.hexdigest()}.json"
+        if kept.exists():
+            text, counts = json.loads(kept.read_text())
+            return text, counts
         runs = [self.emulate(image, mode, f"{UPDATES:x}", count=f"{name}-{mode}-{i}") for i in range(2)]
-        (text, counts), (again, counted_again) = runs
-        if (text, counts) != (again, counted_again):
-            self.fail(f"{name} {mode}: two runs differ: {counts} and {counted_again}")
+        if runs[0] == runs[1]:
+            kept.write_text(json.dumps(runs[0]))
+        else:
+            self.fail(f"{name} {mode}: two runs differ: {runs[0][1]} and {runs[1][1]}")
+        return runs[0]
+
+    def replay(self, name: str, mode: str, image: Path, expected: list[str]) -> dict[str, Any]:
+        """Replays in the emulator, and compares."""
+        text, counts = self.twice(name, mode, image)
         words = text.split()
         if words[:8] != [name, mode, *expected]:
             self.fail(f"{name} {mode}: the target gives {' '.join(words[2:8])}, the host {' '.join(expected)}")
@@ -283,16 +302,19 @@ class Check:
 
 
 def inputs_hash(versions: dict[str, str]) -> str:
-    """Of everything that a result depends on."""
+    """Of all that images are made of, and of what judges them: no text, no test, no other crate's dependencies."""
     digest = hashlib.sha256(json.dumps(versions).encode())
-    folders = ["src", "firmware", *(f"crates/capi/{folder}" for folder in ("src", "include", "examples"))]
-    files = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
-    files += [
-        *(ROOT / name for name in ("Cargo.toml", "Cargo.lock", "crates/capi/Cargo.toml")),
-        *(ROOT / "tools" / name for name in ("firmware.py", "firmware_toolchain.py")),
-    ]
-    for path in sorted(files):
+    folders = ("src", "firmware", *(f"crates/capi/{folder}" for folder in ("src", "include", "examples")))
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.suffix in SOURCES]
+    files += [ROOT / name for name in ("Cargo.toml", "crates/capi/Cargo.toml", "firmware/Cargo.lock")]
+    files += [ROOT / "tools" / name for name in ("firmware.py", "firmware_toolchain.py")]
+    for path in sorted(set(files)):
         digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + path.read_bytes() + b"\0")
+    # The C interface is built by the workspace's lock file, of which that much matters.
+    used = re.findall(r'^name = "(.*)"', (ROOT / "firmware" / "Cargo.lock").read_text(), re.MULTILINE)
+    for package in (ROOT / "Cargo.lock").read_text().split("[[package]]"):
+        if any(f'\nname = "{name}"\n' in package for name in used):
+            digest.update(package.encode())
     return digest.hexdigest()
 
 
