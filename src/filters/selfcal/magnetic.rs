@@ -1,0 +1,130 @@
+//! The magnetometer's reference: its unit, the field at the start, and how much the field of a block counts.
+
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
+use super::Params;
+use super::state::{HORIZONTAL, State, TURN, VERTICAL, initial_variance};
+use crate::scalar::{Mask, Scalar};
+use crate::so3::{Quat, Vec3};
+use crate::trig::one_minus_exp;
+
+/// The time constant in s of the mean deviation of the field.
+const DEVIATION_TIME: f64 = 0.25;
+/// How much the deviation of the heading counts.
+pub const HEADING_SHARE: f64 = 0.1;
+/// The deviation in norms of the field where it stops counting.
+const LARGEST_DEVIATION: f64 = 16.0;
+/// The time constant in s of the mean field at the start.
+const START_TIME: f64 = 1.0;
+/// The start is over where the inclination is known to this many rad, and after so many s.
+const SETTLED: f64 = 0.05;
+const LONGEST_START: f64 = 10.0;
+/// A weight below this counts as rejection; below that the field is not used.
+const REJECTING_WEIGHT: f64 = 0.25;
+const SMALLEST_WEIGHT: f64 = 1e-4;
+
+/// What is known of the magnetometer beside the states.
+#[derive(Clone, Debug)]
+pub struct Reference<S> {
+    /// One over the field's norm in the magnetometer's unit; zero before the first sample.
+    pub scale: S,
+    /// The time since the last block with a field.
+    pub interval: S,
+    /// Zero while the start goes on, and its time.
+    settled: S,
+    age: S,
+    /// One where a given attitude has the heading.
+    pub headed: S,
+    /// The mean field of the start, and the weight that it is of.
+    sum: Vec3<S>,
+    count: S,
+    /// The deviation of the field, low-pass filtered, and the weight of the last block.
+    deviation: S,
+    pub weight: S,
+}
+
+impl<S: Scalar> Reference<S> {
+    /// Before the first sample.
+    pub fn new() -> Self {
+        let o = S::zero();
+        Reference {
+            scale: o,
+            interval: o,
+            settled: o,
+            age: o,
+            headed: o,
+            sum: Vec3::zero(),
+            count: o,
+            deviation: o,
+            weight: S::one(),
+        }
+    }
+
+    /// The field in norms of the first one.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn scaled(&mut self, lanes: S::Mask, field: Vec3<S>) -> Vec3<S> {
+        let first = lanes & self.scale.le(S::zero());
+        if first.any() {
+            self.scale = S::select(first, S::one() / field.norm2().sqrt(), self.scale);
+        }
+        field * self.scale
+    }
+
+    /// Where the last block's field counted little.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn rejects(&self) -> S::Mask {
+        self.weight.lt(S::of(REJECTING_WEIGHT))
+    }
+
+    /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that
+    /// is over.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn settle(&mut self, lanes: S::Mask, state: &mut State<S>, field: Vec3<S>, dt: S, params: &Params<S>) -> S::Mask {
+        let done = S::of(0.5).lt(self.settled);
+        let going = lanes & !done;
+        if going.any() {
+            let kept = S::one() - one_minus_exp(dt * S::of(1.0 / START_TIME));
+            let sum = self.sum * kept + field;
+            let count = self.count * kept + S::one();
+            let mean = sum * (S::one() / count);
+            let across = (mean.x * mean.x + mean.y * mean.y).sqrt();
+            let turns = going & S::of(1e-6).lt(across) & self.headed.lt(S::of(0.5));
+            let turn = Quat::turn_to_north(mean.x, mean.y, across);
+            state.turn(turns, turn);
+            let sum = Vec3::select(turns, turn.rotate(sum), sum);
+            for (i, value) in [(HORIZONTAL, across), (VERTICAL, mean.z)] {
+                state.mean[i] = S::select(going, value, state.mean[i]);
+                state.forget(going, i, initial_variance(params, i));
+            }
+            state.forget(turns, TURN, initial_variance(params, TURN));
+            self.sum = Vec3::select(going, sum, self.sum);
+            self.count = S::select(going, count, self.count);
+            self.age = S::select(going, self.age + dt, self.age);
+            let over = state.tilt_variance().lt(S::of(SETTLED * SETTLED)) | S::of(LONGEST_START).lt(self.age);
+            self.settled = S::select(going & over, S::one(), self.settled);
+        }
+        lanes & done
+    }
+
+    /// The weight of a field with a deviation, (1 + (r/s)²/ν)⁻², and where it is used.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn weigh(&mut self, lanes: S::Mask, deviation2: S, dt: S, params: &Params<S>) -> (S, S::Mask) {
+        let now = deviation2.sqrt().min(S::of(LARGEST_DEVIATION));
+        let mean = self.deviation + one_minus_exp(dt * S::of(1.0 / DEVIATION_TIME)) * (now - self.deviation);
+        self.deviation = S::select(lanes, mean, self.deviation);
+        let r = now.max(mean) / params.mag_tolerance;
+        let growth = S::one() + r * r / params.mag_tail;
+        let weight = S::one() / (growth * growth);
+        self.weight = S::select(lanes, weight, self.weight);
+        (weight, lanes & S::of(SMALLEST_WEIGHT).lt(weight))
+    }
+
+    /// Calls `visit` for each variable.
+    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.sum.each(visit);
+        let Reference { scale, interval, settled, age, headed, count, deviation, weight, .. } = self;
+        for variable in [scale, interval, settled, age, headed, count, deviation, weight] {
+            visit(variable);
+        }
+    }
+}
