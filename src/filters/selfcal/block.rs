@@ -10,6 +10,14 @@ pub const LONGEST_INTERVAL: f64 = 0.1;
 /// The largest angular rate in rad/s that noise and delay are computed with.
 const LARGEST_RATE: f64 = 1e4;
 
+/// How much of a rate is unknown over the part of a step that is beyond the usual one, beside half its change.
+const CURVATURE: f64 = 0.1;
+/// How fast the usual step follows, for each step, and what it can start from, in s.
+const STEP_GAIN: f64 = 0.02;
+const SHORTEST_STEP: f64 = 1e-4;
+/// The largest angle in rad that a step is unsure of.
+const LARGEST_SLIP: f64 = 3.0;
+
 /// Sums over the samples of a block. All vectors and the rows of all matrices are in the earth frame.
 #[derive(Clone, Debug)]
 pub struct Block<S> {
@@ -21,6 +29,8 @@ pub struct Block<S> {
     pub matrix: [Matrix3<S>; 3],
     /// Σ |(I + M)(ω − b)|² dt.
     pub rate2: S,
+    /// The variance in rad² that irregular steps add to the attitude.
+    pub slip: S,
     /// Σ ω dt as measured.
     pub gyr: Vec3<S>,
     /// The time at rest.
@@ -45,6 +55,7 @@ impl<S: Scalar> Block<S> {
             turn: m,
             matrix: [m; 3],
             rate2: o,
+            slip: o,
             gyr: v,
             rest: o,
             force: v,
@@ -124,9 +135,51 @@ impl<S: Scalar> Block<S> {
                 visit(value);
             }
         }
-        for value in [&mut self.time, &mut self.rate2, &mut self.rest, &mut self.force_time, &mut self.fields] {
+        for value in [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields] {
             visit(value);
         }
+    }
+}
+
+/// What irregular steps do: an angular rate that changes is wrong by half its change over a step, which makes up for itself
+/// from step to step where the steps are equal, and not otherwise.
+#[derive(Clone, Debug)]
+pub struct Steps<S> {
+    /// The last rate and its mark: one where there is one.
+    rate: Vec3<S>,
+    known: S,
+    /// The usual step in s.
+    usual: S,
+}
+
+impl<S: Scalar> Steps<S> {
+    /// Before the first step.
+    pub fn new() -> Self {
+        Steps { rate: Vec3::zero(), known: S::zero(), usual: S::zero() }
+    }
+
+    /// Goes on by `dt` to the angular rate; gives the variance of the angle that is not known, in rad².
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn slip(&mut self, rate: Vec3<S>, dt: S) -> S {
+        let first = self.known.le(S::zero());
+        let usual = S::select(first, dt, self.usual);
+        let change = Vec3::select(first, Vec3::zero(), rate - self.rate);
+        let half = S::of(0.5);
+        let odd = (dt - usual).abs();
+        let across = half * change.norm2().sqrt() + S::of(CURVATURE) * rate.norm2().sqrt();
+        let longest = S::of(2.0) * usual + S::of(SHORTEST_STEP);
+        self.usual = usual + S::of(STEP_GAIN) * (dt.min(longest) - usual);
+        self.rate = rate;
+        self.known = S::one();
+        let angle = (across * odd).min(S::of(LARGEST_SLIP));
+        angle * angle
+    }
+
+    /// Calls `visit` for each variable.
+    pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        self.rate.each(visit);
+        visit(&mut self.known);
+        visit(&mut self.usual);
     }
 }
 

@@ -13,7 +13,7 @@ pub mod measurement;
 pub mod prediction;
 pub mod state;
 
-use self::block::{Block, LONGEST_INTERVAL, bounded_rate};
+use self::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};
 use self::magnetic::{HEADING_SHARE, Reference};
 use self::measurement::{Row, Seen, correct};
 use self::prediction::Transition;
@@ -149,6 +149,7 @@ pub struct SelfCalKF<S: Scalar> {
     params: Params<S>,
     state: State<S>,
     block: Block<S>,
+    steps: Steps<S>,
     reference: Reference<S>,
     rest: Rest<S>,
     /// The time since the last specific force.
@@ -169,6 +170,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             params: params.clone(),
             state: State::new(params),
             block: Block::new(),
+            steps: Steps::new(),
             reference: Reference::new(),
             rest: Rest::new(),
             acc_interval: S::zero(),
@@ -210,6 +212,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         let r = self.state.q.matrix();
         let turning = bounded_rate(turning);
         self.block.turns(r, sample.gyr, rate, turning, dt);
+        self.block.slip = self.block.slip + self.steps.slip(turning, dt);
         if self.is_late() {
             self.ahead = exp_half(turning * (S::of(0.5) * self.params.latency));
         }
@@ -267,6 +270,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.state.each(visit);
         self.block.each(visit);
+        self.steps.each(visit);
         self.reference.each(visit);
         self.rest.each(visit);
         self.ahead.each(visit);

@@ -109,7 +109,7 @@ impl<S: Scalar> Transition<S> {
         let unknown = (dt - block.force_time).max(S::zero()).min(S::of(1.0)) * params.gravity;
         let lost = S::one() - square(self.kept);
         let noises = [
-            (THETA, square(params.gyr_noise) * dt + turning2),
+            (THETA, square(params.gyr_noise) * dt + turning2 + block.slip),
             (BIAS, square(params.bias_noise) * dt),
             (VELOCITY, square(params.velocity_noise) * dt + square(unknown)),
             (IRON, square(params.hard_iron_noise) * dt),
