@@ -22,6 +22,9 @@ const LONGEST_START: f64 = 10.0;
 /// A weight below this counts as rejection; below that the field is not used.
 const REJECTING_WEIGHT: f64 = 0.25;
 const SMALLEST_WEIGHT: f64 = 1e-4;
+/// The time constant in s of a candidate for a new reference, and the angular rate in rad/s from which on it is tried.
+const CANDIDATE_TIME: f64 = 5.0;
+const TURNING_RATE: f64 = 0.35;
 
 /// What is known of the magnetometer beside the states.
 #[derive(Clone, Debug)]
@@ -41,6 +44,10 @@ pub struct Reference<S> {
     /// The deviation of the field, low-pass filtered, and the weight of the last block.
     deviation: S,
     pub weight: S,
+    /// Horizontal and upward part of a field that may be a new reference, and how long it has been the same while the sensor
+    /// turned.
+    candidate: [S; 2],
+    turned: S,
 }
 
 impl<S: Scalar> Reference<S> {
@@ -57,6 +64,8 @@ impl<S: Scalar> Reference<S> {
             count: o,
             deviation: o,
             weight: S::one(),
+            candidate: [o; 2],
+            turned: o,
         }
     }
 
@@ -119,11 +128,51 @@ impl<S: Scalar> Reference<S> {
         (weight, lanes & S::of(SMALLEST_WEIGHT).lt(weight))
     }
 
+    /// A field that is not the reference's, but that of one place (the same while the sensor turns for long), is the new one.
+    /// Gives where it has been taken over: what was known of the heading is void there.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn renew(
+        &mut self,
+        lanes: S::Mask,
+        state: &mut State<S>,
+        measured: [S; 2],
+        (dt, rate2): (S, S),
+        params: &Params<S>,
+    ) -> S::Mask {
+        let square = |x: S| x * x;
+        let strange = lanes & self.rejects();
+        let [across, up] = self.candidate;
+        let off2 = square(measured[0] - across) + square(measured[1] - up);
+        let same = off2.lt(square(params.mag_tolerance) * (square(across) + square(up)));
+        let turning = S::of(TURNING_RATE * TURNING_RATE).lt(rate2);
+        let longer = S::select(turning, (self.turned + dt).min(params.mag_new_time), self.turned);
+        let turned = S::select(strange & same, longer, S::zero());
+        self.turned = S::select(lanes, turned, self.turned);
+        let gain = one_minus_exp(dt * S::of(1.0 / CANDIDATE_TIME));
+        for (old, new) in self.candidate.iter_mut().zip(measured) {
+            let moved = S::select(same, *old + gain * (new - *old), new);
+            *old = S::select(lanes, moved, *old);
+        }
+        let renewed = strange & params.mag_new_time.le(turned);
+        if renewed.any() {
+            for (i, value) in [HORIZONTAL, VERTICAL].into_iter().zip(self.candidate) {
+                state.mean[i] = S::select(renewed, value, state.mean[i]);
+                state.forget(renewed, i, initial_variance(params, i));
+            }
+            state.forget(renewed, TURN, initial_variance(params, TURN));
+            self.turned = S::select(renewed, S::zero(), self.turned);
+            self.deviation = S::select(renewed, S::zero(), self.deviation);
+            self.weight = S::select(renewed, S::one(), self.weight);
+        }
+        renewed
+    }
+
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.sum.each(visit);
-        let Reference { scale, interval, settled, age, headed, count, deviation, weight, .. } = self;
-        for variable in [scale, interval, settled, age, headed, count, deviation, weight] {
+        self.candidate.iter_mut().for_each(&mut *visit);
+        let Reference { scale, interval, settled, age, headed, count, deviation, weight, turned, .. } = self;
+        for variable in [scale, interval, settled, age, headed, count, deviation, weight, turned] {
             visit(variable);
         }
     }

@@ -128,6 +128,12 @@ impl<S: Scalar> Seen<S> {
         Seen { field, change: block.field_change * over, turn, off: clean - expected, clean }
     }
 
+    /// Its part across the vertical, and that along it.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn shape(&self) -> [S; 2] {
+        [(self.clean.x * self.clean.x + self.clean.y * self.clean.y).sqrt(), self.clean.z]
+    }
+
     /// How far the field is from the reference, squared: its norm across and along the vertical count wholly, the heading
     /// by a share.
     #[cfg_attr(not(debug_assertions), inline(always))]

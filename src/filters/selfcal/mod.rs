@@ -75,25 +75,27 @@ params! {
     /// Noise density of the gyroscope (angle random walk).
     real gyr_noise: "rad/s/√Hz" = 3e-4 in [1e-9, 1e3];
     /// Noise density of the gyroscope for each rad/s that it turns.
-    real rate_noise: "1/√Hz" = 7e-4 in [0.0, 1e3];
+    real rate_noise: "1/√Hz" = 1.4e-3 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
     real bias_noise: "rad/s²/√Hz" = 5e-5 in [0.0, 1e3];
     /// Standard deviation of the velocity.
-    real velocity: "m/s" = 0.4 in [1e-6, 1e3];
+    real velocity: "m/s" = 0.3 in [1e-6, 1e3];
     /// The time for which a velocity lasts.
     real velocity_time: "s" = 0.5 in [1e-3, 1e3];
     /// Noise density of the accelerometer.
     real velocity_noise: "m/s²/√Hz" = 0.01 in [1e-6, 1e3];
     /// Noise density of a component of the magnetometer, in norms of the field.
-    real mag_noise: "1/√Hz" = 0.026832815729997478 in [1e-6, 1e3];
+    real mag_noise: "1/√Hz" = 0.035 in [1e-6, 1e3];
     /// How much it grows for each rad/s that the sensor turns.
-    real mag_rate_noise: "s/rad/√Hz" = 6.708203932499369e-4 in [0.0, 1e3];
+    real mag_rate_noise: "s/rad/√Hz" = 7e-4 in [0.0, 1e3];
     /// Deviation of the field from its reference, in its norms, at which it begins to count less.
     real mag_tolerance: "1" = 0.09 in [1e-6, 1e3];
     /// How slowly it does: the weight is (1 + (deviation/tolerance)²/tail)⁻².
-    real mag_tail: "1" = 2.5 in [1e-3, 1e6];
+    real mag_tail: "1" = 1.7 in [1e-3, 1e6];
+    /// Time of movement after which a field that is not the reference's, but the same all the time, is the new reference.
+    real mag_new_time: "s" = 20.0 in [0.0, 1e6];
     /// Standard deviation of the field's disturbance, in norms of the field.
-    real disturbance: "1" = 0.022 in [0.0, 1e3];
+    real disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The time for which a disturbance lasts.
     real disturbance_time: "s" = 8.0 in [1e-3, 1e6];
     /// How fast the hard iron wanders, in norms of the field.
@@ -111,9 +113,9 @@ params! {
     /// Standard deviation of the velocity at rest.
     real rest_velocity: "m/s" = 0.02 in [1e-6, 1e3];
     /// Standard deviation of the inclination at the start.
-    real initial_inclination: "rad" = 0.15 in [1e-6, 1e3];
+    real initial_inclination: "rad" = 0.5 in [1e-6, 1e3];
     /// Standard deviation of the heading at the start.
-    real initial_heading: "rad" = 0.3 in [1e-6, 1e3];
+    real initial_heading: "rad" = 1.0 in [1e-6, 1e3];
     /// Standard deviation of the gyroscope's bias at the start; it never becomes larger.
     real initial_bias: "rad/s" = 0.0087 in [1e-9, 1e3];
     /// The same of each entry of the gyroscope's matrix.
@@ -121,7 +123,7 @@ params! {
     /// The same of the velocity.
     real initial_velocity: "m/s" = 1.0 in [1e-6, 1e3];
     /// The same of the accelerometer's bias.
-    real initial_acc_bias: "m/s²" = 0.01 in [0.0, 1e3];
+    real initial_acc_bias: "m/s²" = 0.04 in [0.0, 1e3];
     /// The same of gravity.
     real initial_gravity: "m/s²" = 0.05 in [0.0, 1e3];
     /// The same of the hard iron, in norms of the field.
@@ -129,7 +131,7 @@ params! {
     /// The same of the disturbance, in norms of the field.
     real initial_disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The same of the reference field, in its norms.
-    real initial_field: "1" = 0.1 in [1e-9, 1e3];
+    real initial_field: "1" = 0.05 in [1e-9, 1e3];
     /// The same of the magnetometer's delay.
     real initial_delay: "s" = 0.01 in [0.0, 1.0];
     /// Delay of all sensors behind the attitude that is wanted, by which the output is turned ahead.
@@ -324,7 +326,10 @@ impl<S: Scalar> SelfCalKF<S> {
             self.headed = S::select(fields, S::one(), self.headed);
             let (weight, used) = self.reference.weigh(settled, seen.deviation2(HEADING_SHARE), interval, params);
             let square = |x: S| x * x;
-            let noise2 = square(params.mag_noise) + square(params.mag_rate_noise) * (block.rate2 / time);
+            let turning2 = block.rate2 / time;
+            let renewed = self.reference.renew(settled, state, seen.shape(), (interval, turning2), params);
+            let used = used & !renewed;
+            let noise2 = square(params.mag_noise) + square(params.mag_rate_noise) * turning2;
             let [mx, my, mz] = seen.rows(used, state, noise2 / (interval * weight));
             (measurements[6], measurements[7], measurements[8]) = (mx, my, mz);
             self.reference.interval = S::select(fields, S::zero(), interval);
