@@ -24,6 +24,7 @@ const REJECTING_WEIGHT: f64 = 0.25;
 const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The time constant in s of a candidate for a new reference, and the angular rate in rad/s from which on it is tried.
 const CANDIDATE_TIME: f64 = 5.0;
+const CANDIDATE_TOLERANCE: f64 = 2.0;
 const TURNING_RATE: f64 = 0.35;
 
 /// What is known of the magnetometer beside the states.
@@ -44,9 +45,8 @@ pub struct Reference<S> {
     /// The deviation of the field, low-pass filtered, and the weight of the last block.
     deviation: S,
     pub weight: S,
-    /// Horizontal and upward part of a field that may be a new reference, and how long it has been the same while the sensor
-    /// turned.
-    candidate: [S; 2],
+    /// A field (earth frame) that may be a new reference, and how long it has been the same while the sensor turned.
+    candidate: Vec3<S>,
     turned: S,
 }
 
@@ -64,7 +64,7 @@ impl<S: Scalar> Reference<S> {
             count: o,
             deviation: o,
             weight: S::one(),
-            candidate: [o; 2],
+            candidate: Vec3::zero(),
             turned: o,
         }
     }
@@ -135,27 +135,26 @@ impl<S: Scalar> Reference<S> {
         &mut self,
         lanes: S::Mask,
         state: &mut State<S>,
-        measured: [S; 2],
+        measured: Vec3<S>,
         (dt, rate2): (S, S),
         params: &Params<S>,
     ) -> S::Mask {
-        let square = |x: S| x * x;
         let strange = lanes & self.rejects();
-        let [across, up] = self.candidate;
-        let off2 = square(measured[0] - across) + square(measured[1] - up);
-        let same = off2.lt(square(params.mag_tolerance) * (square(across) + square(up)));
+        let near = S::of(CANDIDATE_TOLERANCE) * params.mag_tolerance;
+        let same = (measured - self.candidate).norm2().lt(near * near * self.candidate.norm2());
         let turning = S::of(TURNING_RATE * TURNING_RATE).lt(rate2);
         let longer = S::select(turning, (self.turned + dt).min(params.mag_new_time), self.turned);
         let turned = S::select(strange & same, longer, S::zero());
         self.turned = S::select(lanes, turned, self.turned);
         let gain = one_minus_exp(dt * S::of(1.0 / CANDIDATE_TIME));
-        for (old, new) in self.candidate.iter_mut().zip(measured) {
-            let moved = S::select(same, *old + gain * (new - *old), new);
-            *old = S::select(lanes, moved, *old);
-        }
+        let moved = self.candidate + (measured - self.candidate) * gain;
+        self.candidate = Vec3::select(lanes, Vec3::select(same, moved, measured), self.candidate);
         let renewed = strange & params.mag_new_time.le(turned);
         if renewed.any() {
-            for (i, value) in [HORIZONTAL, VERTICAL].into_iter().zip(self.candidate) {
+            let Vec3 { x, y, z } = self.candidate;
+            let across = (x * x + y * y).sqrt();
+            state.turn(renewed & S::of(1e-6).lt(across), Quat::turn_to_north(x, y, across));
+            for (i, value) in [(HORIZONTAL, across), (VERTICAL, z)] {
                 state.mean[i] = S::select(renewed, value, state.mean[i]);
                 state.forget(renewed, i, initial_variance(params, i));
             }
@@ -170,7 +169,7 @@ impl<S: Scalar> Reference<S> {
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.sum.each(visit);
-        self.candidate.iter_mut().for_each(&mut *visit);
+        self.candidate.each(visit);
         let Reference { scale, interval, settled, age, headed, count, deviation, weight, turned, .. } = self;
         for variable in [scale, interval, settled, age, headed, count, deviation, weight, turned] {
             visit(variable);

@@ -112,7 +112,7 @@ pub struct Seen<S: Scalar> {
     /// What is expected of a field without disturbance, and the measured field less it.
     off: Vec3<S>,
     /// The field without the hard iron.
-    clean: Vec3<S>,
+    pub clean: Vec3<S>,
 }
 
 impl<S: Scalar> Seen<S> {
@@ -126,12 +126,6 @@ impl<S: Scalar> Seen<S> {
         let clean = field - turn.apply(state.hard_iron());
         let expected = Vec3::new(S::zero(), state.mean[HORIZONTAL], state.mean[VERTICAL]);
         Seen { field, change: block.field_change * over, turn, off: clean - expected, clean }
-    }
-
-    /// Its part across the vertical, and that along it.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn shape(&self) -> [S; 2] {
-        [(self.clean.x * self.clean.x + self.clean.y * self.clean.y).sqrt(), self.clean.z]
     }
 
     /// How far the field is from the reference, squared: its norm across and along the vertical count wholly, the heading

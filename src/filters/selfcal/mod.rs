@@ -327,7 +327,7 @@ impl<S: Scalar> SelfCalKF<S> {
             let (weight, used) = self.reference.weigh(settled, seen.deviation2(HEADING_SHARE), interval, params);
             let square = |x: S| x * x;
             let turning2 = block.rate2 / time;
-            let renewed = self.reference.renew(settled, state, seen.shape(), (interval, turning2), params);
+            let renewed = self.reference.renew(settled, state, seen.clean, (interval, turning2), params);
             let used = used & !renewed;
             let noise2 = square(params.mag_noise) + square(params.mag_rate_noise) * turning2;
             let [mx, my, mz] = seen.rows(used, state, noise2 / (interval * weight));
