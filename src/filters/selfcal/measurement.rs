@@ -5,7 +5,7 @@
 use super::Params;
 use super::block::Block;
 use super::state::{BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, N, State, TURN, VELOCITY, VERTICAL};
-use crate::filters::kalman::{Column, filled, zeros};
+use crate::filters::kalman::{Column, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Matrix3, Vec3};
 
@@ -56,7 +56,9 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
         let mut v: Column<S, N> = zeros();
         let mut known = S::zero();
         for (&at, &h) in row.at.iter().zip(&row.h) {
-            v = filled(|i, _| v[i] + p[(i, at)] * h);
+            for i in 0..N {
+                v[i] = v[i] + p[(i, at)] * h;
+            }
             known = known + x[at] * h;
         }
         let mut s = row.r;

@@ -306,9 +306,8 @@ impl<S: Scalar> SelfCalKF<S> {
         let params = &self.params;
         let (block, state) = (&self.block, &mut self.state);
         let time = S::select(lanes, block.time, S::one());
-        let transition = Transition::new(block, state, params);
-        let p = transition.predicted(&state.p, block, params);
-        state.p = super::kalman::select(lanes, &p, &state.p);
+        let transition = Transition::new(lanes, block, state, params);
+        transition.predict(lanes, &mut state.p, block, params);
         transition.move_mean(lanes, state, block);
 
         let rest = lanes & time.lt(S::of(2.0) * block.rest);

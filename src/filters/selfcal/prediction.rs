@@ -5,7 +5,7 @@
 use super::Params;
 use super::block::Block;
 use super::state::{ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, IRON, MATRIX, N, State, THETA, VELOCITY};
-use crate::filters::kalman::{Column, Square, filled, rows, transposed};
+use crate::filters::kalman::{Column, Square, filled, rows, zeros};
 use crate::scalar::Scalar;
 use crate::so3::Vec3;
 use crate::trig::one_minus_exp;
@@ -25,9 +25,10 @@ pub struct Transition<S: Scalar> {
 }
 
 impl<S: Scalar> Transition<S> {
-    /// That of a block. With δω = (I + M)(ω − b) the attitude's error grows by Σ R ((δM)(ω − b̂) − (I + M̂) δb) dt.
+    /// That of a block where the mask is true, elsewhere the identity. With δω = (I + M)(ω − b) the attitude's error grows by Σ R ((δM)(ω − b̂) − (I + M̂) δb) dt.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn new(block: &Block<S>, state: &State<S>, params: &Params<S>) -> Self {
+    pub fn new(lanes: S::Mask, block: &Block<S>, state: &State<S>, params: &Params<S>) -> Self {
+        let masked = |value: S| S::select(lanes, value, S::zero());
         let turn = rows(block.turn);
         let zero = S::zero();
         let mut gyroscope = [[zero; 12]; 3];
@@ -37,21 +38,21 @@ impl<S: Scalar> Transition<S> {
                 for k in 0..3 {
                     sum = sum + turn[(i, k)] * state.mean[MATRIX + 3 * k + j];
                 }
-                *entry = -sum;
+                *entry = masked(-sum);
             }
             let by_row = [sums.x.x, sums.x.y, sums.x.z, sums.y.x, sums.y.y, sums.y.z, sums.z.x, sums.z.y, sums.z.z];
             for (entry, sum) in entries.iter_mut().skip(3).zip(by_row) {
-                *entry = sum;
+                *entry = masked(sum);
             }
         }
-        let Vec3 { x, y, z } = block.force;
+        let Vec3 { x, y, z } = Vec3::select(lanes, block.force, Vec3::zero());
         let pushed = rows(block.force_turn);
         Transition {
             gyroscope,
             tilt: Square::<S, 3>::from([[zero, -z, y], [z, zero, -x], [-y, x, zero]]),
-            acc_bias: filled(|i, j| -pushed[(i, j)]),
-            fall: -block.force_time,
-            kept: S::one() - one_minus_exp(block.time / params.disturbance_time),
+            acc_bias: filled(|i, j| masked(-pushed[(i, j)])),
+            fall: masked(-block.force_time),
+            kept: S::one() - masked(one_minus_exp(block.time / params.disturbance_time)),
         }
     }
 
@@ -78,30 +79,36 @@ impl<S: Scalar> Transition<S> {
 
     /// F P Fᵀ: F on each column of P, then on each row.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn propagate(&self, p: &Square<S, N>) -> Square<S, N> {
-        let mut p = *p;
+    pub fn propagate(&self, p: &mut Square<S, N>) {
+        let mut column: Column<S, N> = zeros();
         for _ in 0..2 {
             for j in 0..N {
-                let mut column: Column<S, N> = filled(|i, _| p[(i, j)]);
+                for i in 0..N {
+                    column[i] = p[(i, j)];
+                }
                 self.apply(&mut column);
                 for i in 0..N {
                     p[(i, j)] = column[i];
                 }
             }
-            p = transposed(&p);
+            // Transposed in its place.
+            for j in 1..N {
+                for i in 0..j {
+                    (p[(i, j)], p[(j, i)]) = (p[(j, i)], p[(i, j)]);
+                }
+            }
         }
-        for j in 0..N {
+        for j in 1..N {
             for i in 0..j {
                 p[(j, i)] = p[(i, j)];
             }
         }
-        p
     }
 
-    /// The covariance after a block.
+    /// Carries the covariance over a block where the mask is true.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn predicted(&self, p: &Square<S, N>, block: &Block<S>, params: &Params<S>) -> Square<S, N> {
-        let mut p = self.propagate(p);
+    pub fn predict(&self, lanes: S::Mask, p: &mut Square<S, N>, block: &Block<S>, params: &Params<S>) {
+        self.propagate(p);
         let square = |x: S| x * x;
         let dt = block.time;
         let turning2 = square(params.rate_noise) * block.rate2;
@@ -117,11 +124,10 @@ impl<S: Scalar> Transition<S> {
         ];
         for (start, noise) in noises {
             for i in start..start + 3 {
-                p[(i, i)] = p[(i, i)] + noise;
+                p[(i, i)] = p[(i, i)] + S::select(lanes, noise, S::zero());
             }
         }
-        State::bounded(&mut p, params);
-        p
+        State::bounded(lanes, p, params);
     }
 
     /// The mean after a block, without the attitude, which every sample turns.

@@ -4,7 +4,7 @@
 
 use super::Params;
 use crate::filters::kalman::{
-    Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, cap_group, diagonal, filled, inflate, saturated, select, vec3, zeros,
+    Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros,
 };
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Quat, Vec3, exp_half};
@@ -36,18 +36,22 @@ pub const VERTICAL: usize = 29;
 pub const DELAY: usize = 30;
 
 /// Groups of states of one kind with their first index and their number: what a limit holds for.
-const GROUPS: [(usize, usize); 9] = [
+const GROUPS: [(usize, usize); 11] = [
     (THETA, 2),
     (TURN, 1),
     (BIAS, 3),
     (MATRIX, 9),
     (VELOCITY, 3),
     (ACC_BIAS, 3),
+    (GRAVITY, 1),
     (IRON, 3),
     (DISTURBANCE, 3),
     (HORIZONTAL, 2),
+    (DELAY, 1),
 ];
 
+/// How much the variances grow in every prediction, in epsilons of the scalar.
+const INFLATION: f64 = 8.0;
 /// The largest part of the field that a state may be, in its norms.
 const LARGEST_FIELD: f64 = 16.0;
 /// The largest velocity in m/s.
@@ -69,7 +73,11 @@ impl<S: Scalar> State<S> {
     pub fn new(params: &Params<S>) -> Self {
         let mut mean = zeros();
         mean[GRAVITY] = params.gravity;
-        State { q: Quat::identity(), mean, p: diagonal(|i| initial_variance(params, i)) }
+        let mut p = zeros();
+        for i in 0..N {
+            p[(i, i)] = initial_variance(params, i);
+        }
+        State { q: Quat::identity(), mean, p }
     }
 
     /// The gyroscope's bias in rad/s.
@@ -155,15 +163,15 @@ impl<S: Scalar> State<S> {
         }
         let sound = sound & total.le(S::splat(S::Real::MAX));
         if !sound.all() {
-            let start: Square<S, N> = diagonal(|i| initial_variance(params, i));
-            self.p = select(sound, &self.p, &start);
+            for i in 0..N {
+                self.forget(!sound, i, initial_variance(params, i));
+            }
         }
         let lanes = lanes & sound;
-        let x: Column<S, N> = filled(|i, _| S::select(lanes, x[i], S::zero()));
-        let half = S::of(0.5);
-        self.q = exp_half(vec3(&x, THETA) * half) * self.q;
+        let turn = Vec3::select(lanes, vec3(x, THETA) * S::of(0.5), Vec3::zero());
+        self.q = exp_half(turn) * self.q;
         for i in BIAS..N {
-            self.mean[i] = self.mean[i] + x[i];
+            self.mean[i] = self.mean[i] + S::select(lanes, x[i], S::zero());
         }
         self.limit(params);
     }
@@ -203,12 +211,29 @@ impl<S: Scalar> State<S> {
         }
     }
 
-    /// Keeps the covariance positive definite and bounded after a prediction.
+    /// Keeps the covariance positive definite and bounded after a prediction, where the mask is true: the diagonal grows by more
+    /// than the rounding takes, and no group of states is less known than its limit.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn bounded(p: &mut Square<S, N>, params: &Params<S>) {
-        inflate(p);
+    pub fn bounded(lanes: S::Mask, p: &mut Square<S, N>, params: &Params<S>) {
+        let mut factors: Column<S, N> = zeros();
+        let growth = S::of(INFLATION) * S::splat(S::Real::EPSILON);
         for (start, len) in GROUPS {
-            cap_group(p, start..start + len, largest_variance(params, start));
+            let mut sum = S::zero();
+            for i in start..start + len {
+                p[(i, i)] = p[(i, i)] + S::select(lanes, p[(i, i)] * growth, S::zero());
+                sum = sum + p[(i, i)];
+            }
+            let largest = largest_variance(params, start) * S::of(len as f64);
+            let over = lanes & largest.lt(sum);
+            let factor = S::select(over, (largest / sum).sqrt(), S::one());
+            for i in start..start + len {
+                factors[i] = factor;
+            }
+        }
+        for j in 0..N {
+            for i in 0..N {
+                p[(i, j)] = p[(i, j)] * (factors[i] * factors[j]);
+            }
         }
     }
 
