@@ -37,8 +37,6 @@ pub struct Reference<S> {
     /// Zero while the start goes on, and its time.
     settled: S,
     age: S,
-    /// One where a given attitude has the heading.
-    pub headed: S,
     /// The mean field of the start, and the weight that it is of.
     sum: Vec3<S>,
     count: S,
@@ -59,7 +57,6 @@ impl<S: Scalar> Reference<S> {
             interval: o,
             settled: o,
             age: o,
-            headed: o,
             sum: Vec3::zero(),
             count: o,
             deviation: o,
@@ -97,7 +94,7 @@ impl<S: Scalar> Reference<S> {
             let count = self.count * kept + S::one();
             let mean = sum * (S::one() / count);
             let across = (mean.x * mean.x + mean.y * mean.y).sqrt();
-            let turns = going & S::of(1e-6).lt(across) & self.headed.lt(S::of(0.5));
+            let turns = going & S::of(1e-6).lt(across);
             let turn = Quat::turn_to_north(mean.x, mean.y, across);
             state.turn(turns, turn);
             let sum = Vec3::select(turns, turn.rotate(sum), sum);
@@ -170,8 +167,8 @@ impl<S: Scalar> Reference<S> {
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.sum.each(visit);
         self.candidate.each(visit);
-        let Reference { scale, interval, settled, age, headed, count, deviation, weight, turned, .. } = self;
-        for variable in [scale, interval, settled, age, headed, count, deviation, weight, turned] {
+        let Reference { scale, interval, settled, age, count, deviation, weight, turned, .. } = self;
+        for variable in [scale, interval, settled, age, count, deviation, weight, turned] {
             visit(variable);
         }
     }

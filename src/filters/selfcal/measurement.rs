@@ -20,13 +20,13 @@ pub struct Row<S: Scalar> {
     /// Where it is taken.
     pub lanes: S::Mask,
     /// The states that it shows; what is not needed is there with the factor zero.
-    at: [usize; SEEN],
+    pub at: [usize; SEEN],
     /// How each of them enters.
-    h: [S; SEEN],
+    pub h: [S; SEEN],
     /// The innovation.
-    z: S,
+    pub z: S,
     /// The variance of the noise.
-    r: S,
+    pub r: S,
 }
 
 impl<S: Scalar> Row<S> {

@@ -202,10 +202,6 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.block.restart(lanes);
         self.state.q = Quat::select(lanes, q, self.state.q);
     }
-    fn start_from(&mut self, q: Quat<S>) {
-        self.set_attitude(S::Mask::splat(true), q);
-        self.reference.headed = S::one();
-    }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let rate = sample.gyr - self.state.bias();
