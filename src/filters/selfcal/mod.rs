@@ -75,7 +75,7 @@ params! {
     /// Noise density of the gyroscope (angle random walk).
     real gyr_noise: "rad/s/√Hz" = 3e-4 in [1e-9, 1e3];
     /// Noise density of the gyroscope for each rad/s that it turns.
-    real rate_noise: "1/√Hz" = 1.4e-3 in [0.0, 1e3];
+    real rate_noise: "1/√Hz" = 7e-4 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
     real bias_noise: "rad/s²/√Hz" = 5e-5 in [0.0, 1e3];
     /// Standard deviation of the velocity.
