@@ -5,7 +5,8 @@ BIN := $(VENV)/bin
 CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint build stubs accuracy papers browser bench format clean
+.PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench firmware
+.PHONY: header format clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,6 +40,7 @@ lint: build ## Check format, lints, types and stubs
 	cargo fmt --all --check && rustfmt --check --edition 2024 src/filters/*.rs
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	cargo clippy --no-default-features --features libm --quiet -- -D warnings
+	cd firmware && cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings
 	$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet .
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest --allowlist tools/stubtest-allowlist.txt ahrs_rs
@@ -56,13 +58,23 @@ papers: build ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 browser: ## Install the browser (Debian, root) that the test of the papers' report looks for; without it: skipped
 	apt-get update && apt-get install --yes --no-install-recommends chromium
 
+calibration: build ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
+	$(BIN)/python tools/calibration.py
+
 bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1' 'imufusion==1.3.3'
 	$(BIN)/python benches/peers.py
+	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
 
+firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
+	$(PYTHON) tools/firmware.py
+
+header: ## Write the C header from its source and the registry
+	AHRS_WRITE_HEADER=1 cargo test --quiet --package ahrs-rs-capi --test header
+
 format: build ## Format everything
-	cargo fmt --all && rustfmt --edition 2024 src/filters/*.rs
+	cargo fmt --all && rustfmt --edition 2024 src/filters/*.rs && cd firmware && cargo fmt
 	$(BIN)/ruff format . && $(BIN)/ruff check --fix .
 
 clean: ## Remove what was built

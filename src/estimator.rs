@@ -53,9 +53,14 @@ impl Settings {
 
     /// Rz(−D): from magnetic to true north in a frame whose z points up.
     fn declination_turn<S: Scalar>(&self) -> Quat<S> {
-        let (sin, cos) = sin_cos(S::of(-0.5 * self.declination));
-        Quat::new(cos, S::zero(), S::zero(), sin)
+        turn_about_up(S::of(-0.5 * self.declination))
     }
+}
+
+/// The rotation about the vertical that is given by its half angle.
+fn turn_about_up<S: Scalar>(half_angle: S) -> Quat<S> {
+    let (sin, cos) = sin_cos(half_angle);
+    Quat::new(cos, S::zero(), S::zero(), sin)
 }
 
 /// The attitude and the status bits after one sample.
@@ -71,12 +76,17 @@ pub struct Output<S: Scalar> {
 #[derive(Clone, Debug)]
 pub struct Estimator<S: Scalar, F> {
     filter: F,
-    settings: Settings,
+    frame: Frame,
+    gyr_hold: GyrHold,
     /// False where the output is in the filter's own frame.
     turns_output: bool,
     /// The rotations from the filter's frame to the chosen one: where its north is that of the chosen frame, and where it
     /// is the magnetic one. Made once: their sine and cosine have no place in a step.
     rotations: [Quat<S>; 2],
+    /// True where these differ.
+    declined: bool,
+    /// Half the angle from magnetic to true north in rad, in the scalar: a step computes in nothing else.
+    half_turn_north: S,
     /// The last angular rate that was measured.
     rate: Vec3<S>,
     /// The last output, whose sign the next one continues.
@@ -99,20 +109,40 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// A filter that takes its attitude from the first samples.
     pub fn new(params: &F::Params, settings: Settings) -> Self {
         let no = S::Mask::splat(false);
-        Estimator {
+        let frame = settings.frame.from_enu();
+        let new = Estimator {
             filter: F::new(params),
-            settings,
-            turns_output: settings.frame != Frame::Enu || settings.declination.abs() > 0.0,
-            rotations: [settings.output_rotation(false), settings.output_rotation(true)],
+            frame: settings.frame,
+            gyr_hold: settings.gyr_hold,
+            turns_output: settings.frame != Frame::Enu,
+            rotations: [frame, frame],
+            declined: false,
+            half_turn_north: S::zero(),
             rate: Vec3::zero(),
-            quat: settings.frame.from_enu(),
+            quat: frame,
             started: no,
             inclined: no,
             headed: no,
             magnetic: no,
             acc_seen: no,
             mag_seen: no,
+        };
+        new.declined_by(S::of(settings.declination))
+    }
+
+    /// The same with a declination in rad, positive east: of a new estimator. That of the settings is in `f64`, which a
+    /// microcontroller may have to emulate.
+    #[must_use]
+    pub fn declined_by(mut self, declination: S) -> Self {
+        self.declined = (declination.lt(S::zero()) | S::zero().lt(declination)).any();
+        self.turns_output |= self.declined;
+        let [frame, turned] = &mut self.rotations;
+        *turned = *frame;
+        self.half_turn_north = S::of(-0.5) * declination;
+        if self.declined {
+            *turned = *frame * turn_about_up(self.half_turn_north);
         }
+        self
     }
 
     /// Sets the attitude one step before the first sample (chosen frame); a quaternion that has no direction is
@@ -120,7 +150,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     pub fn start_from(&mut self, q0: Quat<S>) {
         let yes = S::Mask::splat(true);
         let q0 = q0.unit_or(Quat::identity());
-        self.filter.start_from(self.settings.frame.from_enu::<S>().conj() * q0);
+        self.filter.start_from(self.frame.from_enu::<S>().conj() * q0);
         self.quat = Quat::select(q0.w.lt(S::zero()), -q0, q0);
         (self.inclined, self.headed) = (yes, yes);
     }
@@ -189,7 +219,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         let valid = can_turn(reading.gyr_norm2, half_dt);
         flags.gyr_held = !valid;
         let last = self.rate;
-        let linear = self.settings.gyr_hold == GyrHold::Linear;
+        let linear = self.gyr_hold == GyrHold::Linear;
         if valid.all() && !linear {
             self.rate = gyr;
             return gyr;
@@ -233,7 +263,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     fn turn_to_magnetic_north(&mut self, lanes: S::Mask) {
         let turn = lanes & !self.magnetic;
         if turn.any() {
-            let q = self.settings.declination_turn().conj() * self.filter.attitude();
+            let q = turn_about_up(self.half_turn_north).conj() * self.filter.attitude();
             self.filter.set_attitude(turn, q);
             self.magnetic = self.magnetic | turn;
         }
@@ -243,7 +273,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn output_rotation(&self) -> Quat<S> {
         let [frame, turned] = self.rotations;
-        if self.settings.declination == 0.0 {
+        if !self.declined {
             return frame;
         }
         Quat::select(self.magnetic, turned, frame)

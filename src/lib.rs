@@ -28,6 +28,10 @@
 //! assert!((output.quat.w - 1.0).abs() < 1e-6);
 //! ```
 //!
+//! # On a microcontroller
+//!
+//! [`embedded`] has what firmware needs: features, the profile, an update loop, the interface for C.
+//!
 //! # Speed of the compiler
 //!
 //! Functions are marked `cfg_attr(not(debug_assertions), inline(always))`: in release builds every operation must be
@@ -48,6 +52,8 @@ extern crate std;
 compile_error!("enable the feature `std` or, without a standard library, `libm`: the square root comes from there");
 
 pub mod calibration;
+#[doc = include_str!("embedded.md")]
+pub mod embedded {}
 pub mod estimator;
 pub mod filter;
 #[macro_use]

@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 
 /// One parameter of a filter.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +96,8 @@ pub trait Choice: Copy + Default {
     const DOC: &'static str;
     /// The names, the default first.
     const OPTIONS: &'static [&'static str];
+    /// Every choice, in the order of the names.
+    fn every() -> impl IntoIterator<Item = Self>;
     /// The choice of an index into [`Choice::OPTIONS`]; the default beyond the last.
     fn from_value(value: f64) -> Self;
 }
@@ -106,6 +108,9 @@ pub trait ParamSet<S>: Clone {
     fn from_values(values: &[f64]) -> Result<Self, ParamError>;
     /// Reads a list of values for each lane; lanes beyond the last have those of the first. Choices are those of the first.
     fn from_lanes(sets: &[&[f64]]) -> Result<Self, ParamError>;
+    /// Sets parameter `index`, in every lane; false where there is none, or where it does not take the value. Computed in the
+    /// scalar alone: a microcontroller has no unit for `f64`.
+    fn set(&mut self, index: usize, value: S) -> bool;
 }
 
 /// The value of parameter `index` in a list of values, or its default.
@@ -120,6 +125,28 @@ pub fn value(specs: &'static [ParamSpec], index: usize, values: &[f64]) -> Resul
 /// True where the value is exactly the index.
 pub fn is_index(index: usize, value: f64) -> bool {
     value - index as f64 == 0.0
+}
+
+/// Replaces a parameter by a value in its range; false where it is not in it.
+pub fn set_real<S: Scalar>(parameter: &mut S, value: S, min: S, max: S) -> bool {
+    let allowed = (min.le(value) & value.le(max)).all();
+    if allowed {
+        *parameter = value;
+    }
+    allowed
+}
+
+/// Replaces a choice, or a switch, by the one of `options` whose index is the value; false where there is none.
+pub fn set_option<S: Scalar, T>(parameter: &mut T, value: S, options: impl IntoIterator<Item = T>) -> bool {
+    let mut index = S::zero();
+    for option in options {
+        if (value.le(index) & index.le(value)).all() {
+            *parameter = option;
+            return true;
+        }
+        index = index + S::one();
+    }
+    false
 }
 
 /// Rounds a value to the scalar.
@@ -142,9 +169,11 @@ macro_rules! choice {
         impl $crate::params::Choice for $name {
             const DOC: &'static str = concat!($($doc),+);
             const OPTIONS: &'static [&'static str] = &[$first_text $(, $text)*];
+            fn every() -> impl IntoIterator<Item = Self> {
+                [$name::$first $(, $name::$more)*]
+            }
             fn from_value(value: f64) -> Self {
-                let all = [$name::$first $(, $name::$more)*];
-                let chosen = all.into_iter().enumerate().find(|&(index, _)| $crate::params::is_index(index, value));
+                let chosen = Self::every().into_iter().enumerate().find(|&(index, _)| $crate::params::is_index(index, value));
                 chosen.map_or_else(Self::default, |(_, choice)| choice)
             }
         }
@@ -211,7 +240,26 @@ macro_rules! params {
                 }
                 Ok(all)
             }
+            fn set(&mut self, index: usize, value: S) -> bool {
+                let mut indices = 0..;
+                $(
+                    if indices.next() == Some(index) {
+                        return $crate::params!(@set S self value $kind $name $what $($default $(, $min, $max)?)?);
+                    }
+                )*
+                let _ = (&mut indices, index, value);
+                false
+            }
         }
+    };
+    (@set $s:ident $self:ident $value:ident real $name:ident $unit:tt $default:literal, $min:expr, $max:expr) => {
+        $crate::params::set_real(&mut $self.$name, $value, <$s as $crate::Scalar>::of($min), <$s as $crate::Scalar>::of($max))
+    };
+    (@set $s:ident $self:ident $value:ident choice $name:ident $choice:tt) => {
+        $crate::params::set_option(&mut $self.$name, $value, <$choice as $crate::params::Choice>::every())
+    };
+    (@set $s:ident $self:ident $value:ident switch $name:ident $bool:tt $default:literal) => {
+        $crate::params::set_option(&mut $self.$name, $value, [false, true])
     };
     (@lane real $all:ident $one:ident $lane:ident $name:ident) => {
         $crate::Scalar::set_lane(&mut $all.$name, $lane, $crate::Scalar::lane($one.$name, $lane))

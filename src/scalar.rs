@@ -99,6 +99,28 @@ pub trait Scalar:
     }
 }
 
+/// (1 − exp(−y))/y in powers of y: Taylor's series, exact to rounding for y ≤ ¼.
+const ONE_MINUS_EXP: [(f64, f64); 6] = [
+    (1.0, -1.0 / 2.0),
+    (1.0 / 6.0, -1.0 / 24.0),
+    (1.0 / 120.0, -1.0 / 720.0),
+    (1.0 / 5040.0, -1.0 / 40320.0),
+    (1.0 / 362_880.0, -1.0 / 3_628_800.0),
+    (1.0 / 39_916_800.0, -1.0 / 479_001_600.0),
+];
+
+/// The same in `f32`: rounded by the compiler, so that no program has to do it.
+#[allow(clippy::indexing_slicing, reason = "by a counter below the size; a constant is computed")]
+const fn narrowed<const N: usize>(pairs: [(f64, f64); N]) -> [(f32, f32); N] {
+    let mut rounded = [(0.0, 0.0); N];
+    let mut i = 0;
+    while i < N {
+        rounded[i] = (pairs[i].0 as f32, pairs[i].1 as f32);
+        i += 1;
+    }
+    rounded
+}
+
 /// The floating-point type of one lane, with the constants in which `f32` and `f64` differ.
 pub trait Real: Scalar<Real = Self, Mask = bool> {
     /// Adding and subtracting it rounds to a whole number.
@@ -120,11 +142,13 @@ pub trait Real: Scalar<Real = Self, Mask = bool> {
     /// π/2 in three parts; a whole number of quarter turns up to `ANGLE_RANGE` times one of the first two is exact.
     const HALF_PI_PARTS: [f64; 3];
     /// (sin x / x − 1)/x² in powers of x², for |x| ≤ π/4, in pairs of neighbouring powers.
-    const SIN: &'static [(f64, f64)];
+    const SIN: &'static [(Self, Self)];
     /// (cos x − 1 + x²/2)/x⁴ in powers of x², for |x| ≤ π/4, in pairs.
-    const COS: &'static [(f64, f64)];
+    const COS: &'static [(Self, Self)];
     /// (1 − atan x / x)/x² in powers of x², for |x| ≤ tan π/8, in pairs.
-    const ATAN: &'static [(f64, f64)];
+    const ATAN: &'static [(Self, Self)];
+    /// (1 − exp(−y))/y in powers of y, for 0 ≤ y ≤ ¼, in pairs.
+    const ONE_MINUS_EXP: &'static [(Self, Self)];
 
     /// Rounds to this type.
     fn from_f64(value: f64) -> Self;
@@ -240,6 +264,7 @@ impl Real for f64 {
         (4.97687799461593236017e-02, -3.65315727442169155270e-02),
         (1.62858201153657823623e-02, 0.0),
     ];
+    const ONE_MINUS_EXP: &'static [(f64, f64)] = &ONE_MINUS_EXP;
 
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn from_f64(value: f64) -> f64 {
@@ -262,9 +287,12 @@ impl Real for f32 {
     const COS_PITCH_FLOOR: f64 = 1e-3;
     const HALF_PI_PARTS: [f64; 3] = [1.5703125, 0.0004837512969970703, 7.549789415861596e-08];
     // Minimax coefficients as published with Cephes (sinf, cosf, atanf).
-    const SIN: &'static [(f64, f64)] = &[(-1.6666654611e-1, 8.3321608736e-3), (-1.9515295891e-4, 0.0)];
-    const COS: &'static [(f64, f64)] = &[(4.166664568298827e-2, -1.388731625493765e-3), (2.443315711809948e-5, 0.0)];
-    const ATAN: &'static [(f64, f64)] = &[(3.33329491539e-1, -1.99777106478e-1), (1.38776856032e-1, -8.05374449538e-2)];
+    const SIN: &'static [(f32, f32)] = &narrowed([(-1.6666654611e-1, 8.3321608736e-3), (-1.9515295891e-4, 0.0)]);
+    const COS: &'static [(f32, f32)] =
+        &narrowed([(4.166664568298827e-2, -1.388731625493765e-3), (2.443315711809948e-5, 0.0)]);
+    const ATAN: &'static [(f32, f32)] =
+        &narrowed([(3.33329491539e-1, -1.99777106478e-1), (1.38776856032e-1, -8.05374449538e-2)]);
+    const ONE_MINUS_EXP: &'static [(f32, f32)] = &narrowed(ONE_MINUS_EXP);
 
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn from_f64(value: f64) -> f32 {

@@ -10,7 +10,7 @@ use crate::scalar::{Real, Scalar};
 /// Evaluates a polynomial given as pairs of coefficients of neighbouring powers, lowest first: half the latency of
 /// Horner's scheme.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn polynomial<S: Scalar>(x: S, pairs: &[(f64, f64)]) -> S {
+fn polynomial<S: Scalar>(x: S, pairs: &[(S::Real, S::Real)]) -> S {
     let x2 = x * x;
     match *pairs {
         // Up to three pairs side by side.
@@ -28,8 +28,8 @@ fn polynomial<S: Scalar>(x: S, pairs: &[(f64, f64)]) -> S {
 
 /// Two neighbouring terms of a polynomial.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn pair<S: Scalar>(x: S, (even, odd): (f64, f64)) -> S {
-    S::of(even) + S::of(odd) * x
+fn pair<S: Scalar>(x: S, (even, odd): (S::Real, S::Real)) -> S {
+    S::splat(even) + S::splat(odd) * x
 }
 
 /// (sin x)/x and cos x from x², for |x| ≤ π/4.
@@ -102,15 +102,6 @@ pub fn wrap<S: Scalar>(angle: S) -> S {
     angle - S::of(TAU) * (angle * S::of(1.0 / TAU)).round()
 }
 
-/// (1 − exp(−y))/y in powers of y: Taylor's series, exact to rounding for y ≤ ¼, in pairs.
-const ONE_MINUS_EXP: &[(f64, f64)] = &[
-    (1.0, -1.0 / 2.0),
-    (1.0 / 6.0, -1.0 / 24.0),
-    (1.0 / 120.0, -1.0 / 720.0),
-    (1.0 / 5040.0, -1.0 / 40320.0),
-    (1.0 / 362_880.0, -1.0 / 3_628_800.0),
-    (1.0 / 39_916_800.0, -1.0 / 479_001_600.0),
-];
 /// How often the argument of [`one_minus_exp`] is halved, and where it stops counting: there the result is one.
 const HALVINGS: i32 = 8;
 const LARGEST_EXPONENT: f64 = 64.0;
@@ -121,7 +112,7 @@ const LARGEST_EXPONENT: f64 = 64.0;
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn one_minus_exp<S: Scalar>(x: S) -> S {
     let y = x.min(S::of(LARGEST_EXPONENT)).max(S::zero()) * S::of(1.0 / 256.0);
-    let mut r = y * polynomial(y, ONE_MINUS_EXP);
+    let mut r = y * polynomial(y, S::Real::ONE_MINUS_EXP);
     for _ in 0..HALVINGS {
         r = r * (S::of(2.0) - r);
     }

@@ -79,12 +79,15 @@ class Complementary(Filter):
     @property
     def tau(self) -> float: ...
     @property
+    def acc_threshold(self) -> float: ...
+    @property
     def integration(self) -> str: ...
     def __new__(
         cls,
         *,
         rate: float | None = None,
         tau: float = 1.6616666666666666,
+        acc_threshold: float = 0.0,
         integration: Literal["exponential", "first-order"] = "exponential",
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
@@ -129,6 +132,8 @@ class Mahony(Filter):
     @property
     def ki(self) -> float: ...
     @property
+    def acc_threshold(self) -> float: ...
+    @property
     def integration(self) -> str: ...
     def __new__(
         cls,
@@ -136,6 +141,7 @@ class Mahony(Filter):
         rate: float | None = None,
         kp: float = 1.0,
         ki: float = 0.3,
+        acc_threshold: float = 0.0,
         integration: Literal["exponential", "first-order"] = "exponential",
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
@@ -149,6 +155,8 @@ class Madgwick(Filter):
     @property
     def zeta(self) -> float: ...
     @property
+    def acc_threshold(self) -> float: ...
+    @property
     def gradient(self) -> str: ...
     @property
     def integration(self) -> str: ...
@@ -158,6 +166,7 @@ class Madgwick(Filter):
         rate: float | None = None,
         beta: float = 0.041,
         zeta: float = 0.0,
+        acc_threshold: float = 0.0,
         gradient: Literal["tangent", "paper"] = "tangent",
         integration: Literal["exponential", "first-order"] = "exponential",
         frame: Literal["ENU", "NED", "NWU"] = "ENU",

@@ -187,7 +187,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             let v = column(Vec3::new(v_gyr[0], v_gyr[1], v_gyr[2]));
             let certain = filled(|i, j| match (i < RATE, j < RATE) {
                 (true, true) => self.error.p[(i, j)],
-                _ if i == j => v[i - RATE],
+                (false, false) if i == j => v[i - RATE],
                 _ => S::zero(),
             });
             self.error.p = select(moves, &certain, &self.error.p);

@@ -4,6 +4,7 @@
 //! the result is that of the whole vector.
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+#![allow(clippy::needless_range_loop, reason = "a counter with known bounds: see `filled`")]
 
 use super::kalman::{Column, Square, filled, select, zeros};
 use crate::scalar::{Mask, Real, Scalar};
@@ -56,17 +57,18 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
     }
 
     /// The measurement `z` = h x with variance `r`, h given by its entries from `START` on.
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(all(not(debug_assertions), not(target_os = "none")), inline(always))]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn innovation<const START: usize, const K: usize>(&self, h: [S; K], z: S, r: S) -> Innovation<S, N> {
         let mut ph: Column<S, N> = filled(|i, _| self.p[(i, START)] * h[0]);
         let mut predicted = h[0] * self.x[START];
-        for (k, &h) in h.iter().enumerate().skip(1) {
-            ph = filled(|i, _| ph[i] + self.p[(i, START + k)] * h);
-            predicted = predicted + h * self.x[START + k];
+        for k in 1..K {
+            ph = filled(|i, _| ph[i] + self.p[(i, START + k)] * h[k]);
+            predicted = predicted + h[k] * self.x[START + k];
         }
         let mut s = h[0] * ph[START];
-        for (k, &h) in h.iter().enumerate().skip(1) {
-            s = s + h * ph[START + k];
+        for k in 1..K {
+            s = s + h[k] * ph[START + k];
         }
         Innovation { ph, nu: z - predicted, s: s + r }
     }
@@ -84,7 +86,8 @@ impl<S: Scalar, const N: usize> ErrorState<S, N> {
     /// With the optimal gain that is Joseph's form; every product is formed so that it is the same for (i, j) and (j, i),
     /// and the diagonal grows by more than the typical rounding, so that P stays symmetric to the last bit and positive
     /// definite. Nothing is corrected where the variance of the innovation is not a positive number.
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(all(not(debug_assertions), not(target_os = "none")), inline(always))]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn correct(&mut self, lanes: S::Mask, innovation: &Innovation<S, N>) -> S {
         let Innovation { ph: v, nu, s } = innovation;
         let over_s = S::one() / *s;

@@ -6,8 +6,8 @@ use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
     LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, filled, inflate,
-    new_vertical, none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3, symmetric,
-    transposed, vec3,
+    new_vertical, none, none3, product, put_rows, reported, rows, saturated, set_block, sum3, symmetric, transposed,
+    vec3,
 };
 use super::rest::{LONGEST_TIME, LONGEST_WAIT, Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
@@ -167,9 +167,13 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         let mut turned = self.error.p;
         reset(&mut turned, &product(&rows(q.matrix()), &transposed(&rows(self.q.matrix()))));
-        let (everything, turn) = (afresh(&self.params, &turned, 0), afresh(&self.params, &turned, TURN));
-        let p = select(new_vertical(self.q, q), &everything, &turn);
-        self.error.p = select(lanes, &p, &self.error.p);
+        // Entry after entry: whole matrices for each choice would be half of the stack that a step takes.
+        let (new_vertical, params, old) = (new_vertical(self.q, q), &self.params, &self.error.p);
+        let p = filled(|i, j| {
+            let [everything, turn] = [0, TURN].map(|first| afresh(params, &turned, first, (i, j)));
+            S::select(lanes, S::select(new_vertical, everything, turn), old[(i, j)])
+        });
+        self.error.p = p;
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -381,14 +385,16 @@ fn initial_variance<S: Scalar>(params: &Params<S>, i: usize) -> S {
     deviation * deviation
 }
 
-/// The covariance `p` with the attitude's errors from `first` on as at the start.
+/// An entry of the covariance `p` with the attitude's errors from `first` on as at the start.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn afresh<S: Scalar>(params: &Params<S>, p: &Square<S, 6>, first: usize) -> Square<S, 6> {
-    filled(|i, j| match (i, j) {
-        _ if (i < first || i > TURN) && (j < first || j > TURN) => p[(i, j)],
-        _ if i == j => initial_variance(params, i),
-        _ => S::zero(),
-    })
+fn afresh<S: Scalar>(params: &Params<S>, p: &Square<S, 6>, first: usize, (i, j): (usize, usize)) -> S {
+    if (i < first || i > TURN) && (j < first || j > TURN) {
+        p[(i, j)]
+    } else if i == j {
+        initial_variance(params, i)
+    } else {
+        S::zero()
+    }
 }
 
 /// The covariance after dt: F P Fᵀ and the noise of the step, with F = [I, −turn; 0, I].

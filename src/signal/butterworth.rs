@@ -156,10 +156,7 @@ impl<S: Scalar, const N: usize> Butterworth<S, N> {
     /// The last filtered sample; NaN before the first measurement.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn output(&self) -> [S; N] {
-        let last = match self.design.order / 2 {
-            0 => &self.single,
-            pairs => &self.value[pairs - 1],
-        };
+        let last = self.value.iter().take(self.design.order / 2).next_back().unwrap_or(&self.single);
         let started = S::zero().lt(self.started);
         last.map(|value| S::select(started, value, S::splat(S::Real::NAN)))
     }

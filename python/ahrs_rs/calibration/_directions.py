@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _ellipsoid
+from . import _ellipsoid, _linear
 from ._common import AXES, CalibrationError, FloatArray
 
 #: Cells of equal area: bands of equal height (Archimedes) times sectors.
@@ -16,7 +16,8 @@ FLAT = 0.1
 
 
 def coverage(y: FloatArray) -> float:
-    """Share of the cells of the sphere in which there is a reading (3, n)."""
+    """Share of the cells of the sphere in which there is a reading (3, n); of many readings a part is looked at."""
+    y = y[:, :: max(y.shape[1] // _ellipsoid.DIRECTIONS, 1)]
     u = y / np.sqrt((y * y).sum(axis=0))
     band = np.clip(((u[2] + 1.0) * (0.5 * BANDS)).astype(np.int64), 0, BANDS - 1)
     sector = ((np.arctan2(u[1], u[0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
@@ -43,35 +44,42 @@ def check_spread(name: str, x: FloatArray) -> None:
     )
 
 
-def advice(name: str, x: FloatArray, parameters: int, core: float) -> str:
+def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
     """What readings lack that do not determine an ellipsoid."""
-    centre = _ellipsoid.centre_of_sphere(x)
-    u = x - centre[:, None]
-    u = u[:, np.linalg.norm(u, axis=0) > 0]
-    directions = u / np.linalg.norm(u, axis=0)
-    unseen = [
-        sign + AXES[axis]
-        for axis in range(3)
-        for sign, side in (("", 1.0), ("-", -1.0))
-        if (side * directions[axis]).max() < SEEN
-    ]
     head = f"{name}: the readings do not determine {parameters} parameters"
     few = ""
     if parameters == 9:
         try:
-            _ellipsoid.fit(x, 6, core)
+            _ellipsoid.fit(x, 6, motion)
             few = "; parameters=6 would do with these"
-        except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
+        except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
             pass
+    # About the centre of the best sphere, or, as a cloud of readings looks like a sphere of its own, about zero.
+    centre = _linear.centre_of_sphere(x)
+    unseen = _unseen(x - centre[:, None]) or ([] if few else _unseen(x))
+    if len(unseen) > 3:
+        return f"{head}: they saw few directions only: turn the sensor in all directions, upside down too{few}"
     if unseen:
         side = " (turn the sensor upside down too)" if "-z" in unseen else ""
         listed = ", ".join(_pointing(name, half) for half in unseen)
         return f"{head}: nothing was recorded with {listed}{side}{few}"
-    share = coverage(u)
+    share = coverage(x - centre[:, None])
     seen = f"{share:.0%} of the directions were recorded"
     if parameters == 9 and few:
         return f"{head}: {seen}; record attitudes between those with an axis up or down, tilted by about 45°{few}"
     return f"{head}: {seen}, or they lie on no ellipsoid; turn the sensor slowly in all directions, at one place"
+
+
+def _unseen(about: FloatArray) -> list[str]:
+    """The half axes that no reading (3, n) is within 45° of."""
+    norm = np.linalg.norm(about, axis=0)
+    directions = about[:, norm > 0] / norm[norm > 0]
+    return [
+        sign + AXES[axis]
+        for axis in range(3)
+        for sign, side in (("", 1.0), ("-", -1.0))
+        if (side * directions[axis]).max(initial=-1.0) < SEEN
+    ]
 
 
 def _pointing(name: str, half: str) -> str:

@@ -2,8 +2,8 @@
 
 Three steps. The start: the linear least squares of Cirillo et al. (eqs 2-6) on random small samples of the data; the
 one whose median distance is the smallest is taken (least median of squares), so that up to a third of the readings may
-be anything. Readings count there by how few are near to them: a sensor that lay still half of the time has shown one
-point of the ellipsoid, through which many ellipsoids pass. The refinement: Gauss-Newton on the residuals
+be anything. Readings count there by the area that they stand for: a sensor that lay still half of the time has shown
+one point of the ellipsoid, through which many ellipsoids pass. The refinement: Gauss-Newton on the residuals
 ρ (‖A (x − b)‖ − 1), ρ = det(A)^(-1/3) the mean radius, of all readings within `CUT` robust standard deviations (from
 the median of the absolute residuals), until neither parameters nor selection change. (Without ρ residuals would be
 relative to the size, and a part of the sphere best fitted by an ellipsoid that is too large.) The uncertainty: the
@@ -20,20 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._common import FloatArray
+from ._linear import PAIRS, NoEllipsoidError, areas, quantile, robust_start
 
 BoolArray = NDArray[np.bool_]
 
 #: Readings farther from the ellipsoid than so many robust standard deviations are outliers: one in 16,000 normal ones.
 CUT = 4.0
-#: Random samples of the start. With p + 3 readings each, 200 find one without an outlier among 30 % outliers with
-#: probability 1 - (1 - 0.7^12)^200 = 94 % (9 parameters), and among 20 % surely.
-DRAWS = 200
+WIDE_CUT = 1.5 * CUT
+#: The share of readings that surely belong to the ellipsoid, by whose residuals the robust standard deviation goes.
+CORE, CORE_IN_MOTION = 0.5, 0.3
+#: The quantiles of |N(0, 1)| at these shares.
+NORMAL_QUANTILES = {CORE: 0.674490, CORE_IN_MOTION: 0.385320}
 #: The start and the robust standard deviation look at so many readings at most.
-START_READINGS = 2000
+START_READINGS = 1000
 #: Of more readings than these a part is fitted first.
 MANY_READINGS = 50_000
-#: Readings within this share of the radius are near to each other.
-NEAR = 0.05
 #: The worst determined combination of parameters has at least so much of the information that evenly spread directions
 #: give: its standard deviation is at most 7 times as large, and so is what a disturbed field does to it.
 LEAST_OBSERVABILITY = 0.02
@@ -46,19 +47,13 @@ ROUNDING = 1e-11
 #: A step of the parameters (in units of the radius) below this ends the refinement; the next one would be a hundredth.
 CONVERGED = 1e-10
 #: While outliers are being chosen, this will do.
-NEARLY_CONVERGED = 1e-6
+NEARLY_CONVERGED = 1e-5
 #: So many readings are looked at for the information that their directions give.
 DIRECTIONS = 50_000
 #: Lags of a correlation that are computed one by one; more of them by a Fourier transform.
 DIRECT_LAGS = 32
-#: Pairs of axes of the parameters beyond the diagonal.
-PAIRS = ((0, 1), (0, 2), (1, 2))
 #: The smallest eigenvalue of the information of one reading, where directions are spread evenly: of û_i² against û_j².
 EVEN_INFORMATION = 2.0 / 15.0
-
-
-class NoEllipsoidError(Exception):
-    """The least squares gave no ellipsoid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +76,13 @@ class Ellipsoid:
     """Correlation time of the residuals in readings, at least 1."""
 
 
-def fit(x: FloatArray, parameters: int, core: float = 0.5) -> Ellipsoid:
+def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
     """The ellipsoid of the readings (3, n), with 6 or 9 parameters.
 
     Parameters
     ----------
-    core : the share of readings that surely belong to it; the robust standard deviation is theirs.
+    motion : many readings are those of an accelerometer in motion: three in ten are enough of an ellipsoid then, and
+        each of them counts alike, as those at rest lie close together.
 
     Raises
     ------
@@ -95,28 +91,32 @@ def fit(x: FloatArray, parameters: int, core: float = 0.5) -> Ellipsoid:
     count = x.shape[1]
     random = np.random.default_rng(0)
     few = x if count <= START_READINGS else x[:, random.integers(0, count, START_READINGS)]
-    shift = np.median(few, axis=1)
-    size = float(np.median(np.linalg.norm(few - shift[:, None], axis=0)))
+    weights = np.ones(few.shape[1]) if motion else areas(few)
+    core = CORE_IN_MOTION if motion else CORE
+    shift = quantile(few, weights, 0.5)
+    size = float(quantile(np.sqrt(((few - shift[:, None]) ** 2).sum(axis=0)), weights, 0.5))
     if not size > 0:
         raise NoEllipsoidError
     z = (x - shift[:, None]) / size
     few = (few - shift[:, None]) / size
-    weights = _weights(few)
-    a, b = _start(few, weights, parameters, core, random)
-    a, b, keep = _refine(few, few, weights, a, b, parameters, core)
-    if observability(a @ (few[:, keep] - b[:, None]), parameters) < LEAST_OBSERVABILITY:
+    a, b = robust_start(few, weights, parameters, core, random)
+    state = _refine(few, few, weights, a, b, parameters, core)
+    if observability(state.a @ (few[:, state.keep] - state.b[:, None]), parameters) < LEAST_OBSERVABILITY:
         raise NoEllipsoidError
+    if not motion:
+        # Areas of the sphere, whatever the axes of the ellipsoid are.
+        weights = areas(state.a @ (few - state.b[:, None]))
     if count > MANY_READINGS:
-        part = z[:, :: count // MANY_READINGS]
-        a, b, _ = _refine(part, few, weights, a, b, parameters, core)
-    a, b, keep = _refine(z, few, weights, a, b, parameters, core)
+        part = np.ascontiguousarray(z[:, :: count // MANY_READINGS])
+        state = _refine(part, few, weights, state.a, state.b, parameters, core)
+    state = _refine(z, few, weights, state.a, state.b, parameters, core)
+    a, b, keep, residual = state.a, state.b, state.keep, state.residual
 
-    h, _, residual = _normal_equations(z, a, b, parameters, keep)
     kept = residual[keep]
     freedom = max(len(kept) - parameters, 1)
     correlation = _correlation_time(kept)
-    inverse = np.linalg.inv(h).astype(np.float64, copy=False)
-    scores, _, _ = _normal_equations(z, a, b, parameters, keep, inverse)
+    inverse = np.linalg.inv(state.h).astype(np.float64, copy=False)
+    scores, _, _, _ = _normal_equations(z, a, b, parameters, keep, inverse)
     covariance = inverse @ scores @ inverse * correlation
     deviation = float(np.sqrt(kept @ kept / freedom))
     radius = _radius(a)
@@ -134,25 +134,6 @@ def fit(x: FloatArray, parameters: int, core: float = 0.5) -> Ellipsoid:
         radius=radius * size,
         correlation=correlation,
     )
-
-
-def algebraic(x: FloatArray, parameters: int, weights: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Λ² (as the whole matrix) and b by linear least squares (Cirillo eqs 2-6), after a translation to avoid d = 0.
-
-    The translation is to the centre of the sphere that fits best, where d is near 1.
-    """
-    weights = np.ones(x.shape[1]) if weights is None else weights
-    centre = _sphere_centre(x[np.newaxis], weights)
-    m, b, good = _linear_fits((x - centre[0][:, None])[np.newaxis], weights, parameters)
-    if not good[0]:
-        raise NoEllipsoidError
-    return m[0], centre[0] + b[0]
-
-
-def centre_of_sphere(x: FloatArray) -> FloatArray:
-    """(3,) the centre of the sphere that fits best to the readings (3, n)."""
-    centre: FloatArray = _sphere_centre(x[np.newaxis], np.ones(x.shape[1]))[0]
-    return centre
 
 
 def information(y: FloatArray, parameters: int) -> FloatArray:
@@ -175,172 +156,77 @@ def observability(y: FloatArray, parameters: int) -> float:
     return max(float(np.linalg.eigvalsh(information(y, parameters))[0]) / EVEN_INFORMATION, 0.0)
 
 
-def _weights(few: FloatArray) -> FloatArray:
-    """One over how many readings are near to each, itself included."""
-    near = np.zeros(few.shape[1])
-    square = (few * few).sum(axis=0)
-    for k in range(0, few.shape[1], 256):
-        part = few[:, k : k + 256]
-        distance2 = square[k : k + 256, None] + square - 2.0 * part.T @ few
-        near[k : k + 256] = np.count_nonzero(distance2 < NEAR**2, axis=1)
-    # Rounding may take a reading for far from itself.
-    return 1.0 / np.maximum(near, 1.0)
+@dataclass(frozen=True, slots=True)
+class _State:
+    """Parameters with their normal equations over a selection of readings."""
 
+    a: FloatArray
+    b: FloatArray
+    keep: BoolArray
+    h: FloatArray
+    g: FloatArray
+    residual: FloatArray
+    cost: float
+    """Σ r² over the readings that are kept."""
 
-def _quantile(values: FloatArray, weights: FloatArray, share: float) -> float:
-    """The value up to which the values have this share of the weight."""
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[min(int(np.searchsorted(total, share * total[-1])), len(values) - 1)]])
-
-
-def _start(
-    z: FloatArray, weights: FloatArray, parameters: int, core: float, random: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """The linear fit, to all readings or one of many random samples, with the smallest quantile `core` of distances."""
-    count = z.shape[1]
-    groups = [(z[np.newaxis], weights)]
-    size = parameters + 3
-    if count >= 2 * size:
-        # The smallest of exponential numbers over weights are a sample by weight, without repetition.
-        draws = (random.exponential(size=(DRAWS, count)) / weights).argpartition(size, axis=1)[:, :size]
-        groups.append((z.T[draws].transpose(0, 2, 1), np.ones(size)))
-    found: list[tuple[float, FloatArray, FloatArray]] = []
-    for group, own in groups:
-        centres = _sphere_centre(group, own)
-        m, b, good = _linear_fits(group - centres[:, :, None], own, parameters)
-        for one, centre in zip(m[good], (b + centres)[good], strict=True):
-            found.append((_quantile(_distance(z, one, centre), weights, core), one, centre))
-    found.sort(key=lambda each: each[0])
-    best: list[tuple[float, FloatArray, FloatArray]] = found[:1]
-    # The best ones are fitted again to the readings that are near to them.
-    for _, m, b in found[:10]:
-        for _ in range(3):
-            distance = _distance(z, m, b)
-            near = distance <= _quantile(distance, weights, max(core, min(1.0, size / count)))
-            try:
-                m, b = algebraic(z[:, near], parameters, weights[near])
-            except NoEllipsoidError:
-                break
-            best.append((_quantile(_distance(z, m, b), weights, core), m, b))
-    if not best:
-        raise NoEllipsoidError
-    _, m, b = min(best, key=lambda each: each[0])
-    return _root(m), b
-
-
-def _sphere_centre(z: FloatArray, weights: FloatArray) -> FloatArray:
-    """(B, 3) centres of the spheres |z|² = 2 c·z + k through the readings (B, 3, n), by linear least squares."""
-    share = weights / weights.sum()
-    mean = (z @ share)[:, :, None]
-    centred = z - mean
-    square = (centred**2).sum(axis=1, keepdims=True)
-    weighted = centred * share
-    gram = weighted @ centred.transpose(0, 2, 1)
-    right = weighted @ square.transpose(0, 2, 1)
-    centre: FloatArray = (mean + 0.5 * _solve(gram, right))[:, :, 0]
-    return centre
-
-
-def _linear_fits(z: FloatArray, weights: FloatArray, parameters: int) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Cirillo eq 6 for each of many sets of readings (B, 3, n): Λ² (B, 3, 3), b (B, 3), where it is an ellipsoid."""
-    columns = [z * z]
-    if parameters == 9:
-        columns.append(np.stack([2.0 * z[:, i] * z[:, j] for i, j in PAIRS], axis=1))
-    design = np.concatenate([*columns, -2.0 * z], axis=1)
-    scale = np.sqrt((design**2).mean(axis=2, keepdims=True)) + np.finfo(np.float64).tiny
-    design = design / scale
-    weighted = design * weights
-    gram = weighted @ design.transpose(0, 2, 1)
-    solution = (_solve(gram, weighted.sum(axis=2, keepdims=True)) / scale)[:, :, 0]
-    m = np.zeros((len(z), 3, 3))
-    m[:, range(3), range(3)] = solution[:, :3]
-    if parameters == 9:
-        for k, (i, j) in enumerate(PAIRS):
-            m[:, i, j] = m[:, j, i] = solution[:, 3 + k]
-    c = solution[:, -3:, None]
-    regular = np.abs(np.linalg.det(m)) > np.finfo(np.float64).tiny
-    m[~regular] = np.eye(3)
-    b = np.linalg.solve(m, c)  # eq 5
-    inverse_d = 1.0 + (c * b).sum(axis=1)[:, 0]  # eqs 3, 4: 1/d = 1 + bᵀ Λ̄ b
-    squared = m / np.where(inverse_d == 0, 1.0, inverse_d)[:, None, None]  # eq 4: Λ² = d Λ̄
-    eigenvalues = np.linalg.eigvalsh(np.where(np.isfinite(squared), squared, 0.0))
-    good = regular & (eigenvalues[:, 0] > 1e-9 * np.abs(eigenvalues[:, 2])) & np.isfinite(b).all(axis=(1, 2))
-    return squared, b[:, :, 0], good
-
-
-def _solve(gram: FloatArray, right: FloatArray) -> FloatArray:
-    """The solutions of many symmetric systems; where one is singular, the smallest."""
-    try:
-        solution = np.linalg.solve(gram, right).astype(np.float64, copy=False)
-    except np.linalg.LinAlgError:
-        solution = (np.linalg.pinv(gram, hermitian=True) @ right).astype(np.float64, copy=False)
-    return solution
-
-
-def _distance(z: FloatArray, m: FloatArray, b: FloatArray) -> FloatArray:
-    """Distances of the readings from the surface (z − b)ᵀ M (z − b) = 1, to first order."""
-    v = z - b[:, None]
-    gradient = m @ v
-    q = np.sqrt((v * gradient).sum(axis=0))
-    length = np.linalg.norm(gradient, axis=0)
-    distance: FloatArray = np.abs(q - 1.0) * q / np.where(length > 0, length, 1.0)
-    return distance
-
-
-def _root(m: FloatArray) -> FloatArray:
-    """The symmetric positive definite square root."""
-    values, vectors = np.linalg.eigh(m)
-    root: FloatArray = (vectors * np.sqrt(values)) @ vectors.T
-    return root
+    @classmethod
+    def of(cls, z: FloatArray, a: FloatArray, b: FloatArray, keep: BoolArray, parameters: int) -> _State:
+        return cls(a, b, keep, *_normal_equations(z, a, b, parameters, keep))
 
 
 def _refine(
     z: FloatArray, few: FloatArray, weights: FloatArray, a: FloatArray, b: FloatArray, parameters: int, core: float
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Gauss-Newton with outliers left out, until parameters and selection stay."""
-    normal_quantile = {0.5: 0.674490, 0.3: 0.385320}[core]  # of |N(0, 1)|
-    keep: BoolArray = np.zeros(z.shape[1], dtype=np.bool_)
-    for _ in range(20):
-        before = keep
-        deviation = _quantile(np.abs(_residuals(few, a, b)), weights, core) / normal_quantile
-        keep = np.abs(_residuals(z, a, b)) <= max(CUT * deviation, ROUNDING)
-        if np.array_equal(keep, before):
-            break
-        a, b = _converge(z, a, b, parameters, keep, NEARLY_CONVERGED)
-    a, b = _converge(z, a, b, parameters, keep, CONVERGED)
-    return a, b, keep
+) -> _State:
+    """Gauss-Newton with outliers left out, until parameters and selection stay.
+
+    A reading on the border may be an outlier where it is left out, and none where it is fitted. So that the outcome
+    does not depend on the start, outliers are first those beyond a border that is half as far again, where hardly a
+    reading is.
+    """
+    state, residual = None, _residuals(z, a, b)
+    cut = WIDE_CUT if z.shape[1] <= MANY_READINGS else CUT
+    for _ in range(30):
+        deviation = float(quantile(np.abs(_residuals(few, a, b)), weights, core)) / NORMAL_QUANTILES[core]
+        keep = np.abs(residual) <= max(cut * deviation, ROUNDING)
+        if state is not None and np.array_equal(keep, state.keep):
+            if cut == CUT:
+                break
+            # From here on the same whatever came before.
+            state, cut = _converge(z, state, parameters, CONVERGED), CUT
+            a, b, residual = state.a, state.b, state.residual
+            continue
+        state = _converge(z, _State.of(z, a, b, keep, parameters), parameters, NEARLY_CONVERGED)
+        a, b, residual = state.a, state.b, state.residual
+    if state is None:  # for the checker: the loop has run
+        raise NoEllipsoidError
+    return _converge(z, state, parameters, CONVERGED)
 
 
-def _converge(
-    z: FloatArray, a: FloatArray, b: FloatArray, parameters: int, keep: BoolArray, enough: float
-) -> tuple[FloatArray, FloatArray]:
+def _converge(z: FloatArray, state: _State, parameters: int, enough: float) -> _State:
     """Gauss-Newton to a step below `enough`, halved where the sum of squares would grow."""
-    h, g, residual = _normal_equations(z, a, b, parameters, keep)
-    cost = float((residual[keep] ** 2).sum())
     for _ in range(30):
         try:
-            step = np.linalg.solve(h, g).astype(np.float64, copy=False)
+            step = np.linalg.solve(state.h, state.g).astype(np.float64, copy=False)
         except np.linalg.LinAlgError:
             raise NoEllipsoidError from None
         size = float(np.abs(step).max())
-        if not size < FARTHEST or np.linalg.norm(b) > FARTHEST:
+        if not size < FARTHEST or np.linalg.norm(state.b) > FARTHEST:
             raise NoEllipsoidError
+        # Near the end the cost changes by rounding alone, which is no reason to go back.
+        most = state.cost * (1 + 1e-9) + 1e-24 * z.shape[1]
         for _ in range(30):
-            tried, moved = a - _symmetric(step[:-3]), b - step[-3:]
-            if np.linalg.eigvalsh(tried)[0] > 0:
-                h, g, residual = _normal_equations(z, tried, moved, parameters, keep)
-                new = float((residual[keep] ** 2).sum())
-                # Near the end the cost changes by rounding alone, which is no reason to go back.
-                if new <= cost * (1 + 1e-9) + 1e-24 * len(residual):
+            a, b = state.a - _symmetric(step[:-3]), state.b - step[-3:]
+            if np.linalg.eigvalsh(a)[0] > 0:
+                tried = _State.of(z, a, b, state.keep, parameters)
+                if tried.cost <= most:
                     break
             step = 0.5 * step
         else:
-            return a, b
-        a, b, cost = tried, moved, new
-        if size < enough * (1.0 + float(np.abs(b).max())):
-            return a, b
-    return a, b
+            return state
+        state = tried
+        if size < enough * (1.0 + float(np.abs(state.b).max())):
+            return state
+    return state
 
 
 def _symmetric(values: FloatArray) -> FloatArray:
@@ -370,8 +256,8 @@ def _normal_equations(
     parameters: int,
     keep: BoolArray,
     inverse_h: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Σ J Jᵀ and Σ J r over the readings that are kept, and all residuals r.
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Σ J Jᵀ and Σ J r over the readings that are kept, all residuals r, and Σ r² of those that are kept.
 
     With H⁻¹ J is weighted by r / √(1 − Jᵀ H⁻¹ J): the residual, by which the fit has shortened it (MacKinnon and White,
     Journal of Econometrics 29:305-325, 1985: HC2).
@@ -412,7 +298,7 @@ def _normal_equations(
         cross = np.outer(g, w)
         h = radius**2 * (h - cross - cross.T + power * np.outer(w, w))
         g = radius**2 * (g - power * w)
-    return h, g, residual
+    return h, g, residual, radius**2 * power
 
 
 def _correlation_time(residual: FloatArray) -> float:

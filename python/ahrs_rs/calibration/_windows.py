@@ -14,9 +14,10 @@ from ._common import GRAVITY, FloatArray, positive
 
 #: Windows vary at rest by at most so many times the spread of the quietest tenth of all windows ...
 TIMES_QUIETEST = 3.0
-#: ... and never by more than this, m/s²; quantisation of 16 bits over 16 g is 5 mm/s².
-LOUDEST = 0.05 * GRAVITY
-QUIETEST = 5e-3
+#: ... and never by more than the second of these, nor need they by less than the first: m/s² (16 bits over 16 g are
+#: steps of 5 mm/s²) and rad/s (16 bits over 2000 °/s are steps of 1 mrad/s).
+ACC_LIMITS = (5e-3, 0.05 * GRAVITY)
+GYR_LIMITS = (1e-3, 0.05)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ def means(x: FloatArray, rate: float, window: float) -> FloatArray:
     return found
 
 
-def resting(x: FloatArray, rate: float, window: float) -> Rest:
+def resting(x: FloatArray, rate: float, window: float, limits: tuple[float, float] = ACC_LIMITS) -> Rest:
     """The windows whose readings vary no more than at rest."""
     parts, length = split(x, rate, window)
     there: NDArray[np.bool_] = np.asarray(~np.isnan(parts).any(axis=2))
@@ -57,7 +58,7 @@ def resting(x: FloatArray, rate: float, window: float) -> Rest:
     chosen = np.where(there[:, :, None], parts, np.nan)[enough]
     mean = np.nanmean(chosen, axis=1)
     spread = np.sqrt(np.nanmean(((chosen - mean[:, None]) ** 2).sum(axis=2), axis=1))
-    limit = min(max(TIMES_QUIETEST * float(np.quantile(spread, 0.1)), QUIETEST), LOUDEST)
+    limit = min(max(TIMES_QUIETEST * float(np.quantile(spread, 0.1)), limits[0]), limits[1])
     still = spread <= limit
     return Rest(mean[still], enough[still], length)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _directions, _ellipsoid, _windows
+from . import _directions, _ellipsoid, _linear, _windows
 from ._common import AXES, GRAVITY, CalibrationError, CalibrationWarning, FloatArray, positive, readings
 from .model import Calibration
 
@@ -20,8 +20,13 @@ __all__ = ["EllipsoidFit", "accelerometer", "ellipsoid", "magnetometer"]
 FIELD_RANGE = (10.0, 150.0)
 #: A sensor is not off by more than this factor: then it is the unit.
 LARGEST_GAIN = 2.0
-#: Where a scale factor or an offset is not known to this share of the norm, it is not known.
-LARGEST_UNCERTAINTY = 0.1
+#: The largest standard deviation of a scale factor, or of an offset as a share of the norm: 0.03 of a horizontal field
+#: are 1.7° of heading. (BROAD's recording 07 by itself gives 0.047, and takes VQF from 1.4° to 3.5°.)
+LARGEST_UNCERTAINTY = 0.03
+#: Larger residuals, as a share of the radius, are those of no ellipsoid; a cloud of noise alone has 42 %.
+LARGEST_RESIDUAL = 0.15
+#: Nothing is measured in units in which readings are beyond these: their squares would be beyond the range of numbers.
+SIZES = (1e-60, 1e60)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +90,7 @@ class EllipsoidFit:
         return "\n".join(lines)
 
 
-def ellipsoid(
-    x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x", core: float = 0.5
-) -> EllipsoidFit:
+def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x") -> EllipsoidFit:
     """The calibration that puts readings on a sphere about zero: ‖S (x − b)‖ is the same for all.
 
     The start is the linear least squares of Cirillo et al. 2014 (eqs 1-6; nine parameters the same way) inside of a
@@ -101,7 +104,6 @@ def ellipsoid(
         What a symmetric S leaves open is a rotation of the whole sensor, which norms say nothing about.
     norm : of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume: det S = 1.
     name : of the readings, in errors.
-    core : share of readings (counted by how few are near to them) that are no outliers for sure: 0.5 or 0.3.
 
     Returns
     -------
@@ -117,14 +119,12 @@ def ellipsoid(
     """
     if parameters not in (6, 9):
         raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
-    if core not in (0.3, 0.5):
-        raise ValueError(f"core: expected 0.5 or 0.3, got {core!r}")
     if norm is not None:
         norm = positive("norm", norm)
     array, valid = readings(name, x)
     missing = len(array) - int(np.count_nonzero(valid))
     rows = array if not missing else array[valid]
-    return _fit(rows, parameters, norm, name, core, missing, 0)
+    return _fit(rows, parameters, norm, name, missing)
 
 
 def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = None) -> EllipsoidFit:
@@ -203,7 +203,6 @@ def accelerometer(
         raise ValueError(f'select: expected "rest" or "robust", got {select!r}')
     array, valid = readings("acc", acc)
     missing = len(array) - int(np.count_nonzero(valid))
-    core = 0.5
     if still is not None:
         resting = np.asarray(still)
         if resting.dtype.kind != "b" or resting.shape != (len(array),):
@@ -218,15 +217,21 @@ def accelerometer(
         rows = rest.means
         left_out = max(len(array) - missing - len(rows) * rest.length, 0)
     else:
-        rows, left_out, core = array[valid], 0, 0.3
+        rows, left_out = array[valid], 0
     if len(rows):
         size = float(np.median(np.linalg.norm(rows, axis=1)))
         _check_unit("acc", size, gravity, "m/s²", {1.0 / GRAVITY: f"g (times {GRAVITY})", 1e3 / GRAVITY: "mg"})
-    return _fit(rows, parameters, gravity, "acc", core, missing, left_out)
+    return _fit(rows, parameters, gravity, "acc", missing, left_out, still is None and select == "robust")
 
 
 def _fit(
-    rows: FloatArray, parameters: int, norm: float | None, name: str, core: float, missing: int, left_out: int
+    rows: FloatArray,
+    parameters: int,
+    norm: float | None,
+    name: str,
+    missing: int,
+    left_out: int = 0,
+    motion: bool = False,
 ) -> EllipsoidFit:
     if len(rows) < parameters:
         found = "readings" if not left_out else "windows at rest"
@@ -236,18 +241,25 @@ def _fit(
             "record more, with the sensor turned in all directions"
         )
     x = np.ascontiguousarray(rows.T)
+    size = float(np.abs(x).max())
+    if size > SIZES[1] or 0 < size < SIZES[0]:
+        raise CalibrationError(f"{name}: expected readings between {SIZES[0]} and {SIZES[1]}, got {size:.3g}")
     _directions.check_spread(name, x)
     try:
-        # Products of numbers as large or as small as Tesla squared are far from the ends of the range; of others not.
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            found_fit = _ellipsoid.fit(x, parameters, core)
-    except (_ellipsoid.NoEllipsoidError, np.linalg.LinAlgError):
-        raise CalibrationError(_directions.advice(name, x, parameters, core)) from None
+        found_fit = _ellipsoid.fit(x, parameters, motion)
+    except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
+        raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
     a, b, keep = found_fit.matrix, found_fit.centre, found_fit.keep
     y = a @ (x - b[:, None])
     observability = _ellipsoid.observability(y[:, keep], parameters)
+    misfit = found_fit.deviation / found_fit.radius
+    if misfit > LARGEST_RESIDUAL:
+        raise CalibrationError(
+            f"{name}: the readings lie on no ellipsoid (residuals of {misfit:.0%} of the radius): turn the sensor in "
+            "all directions, at one place and away from magnets and iron"
+        )
     relative = np.sqrt(found_fit.correlation / (np.count_nonzero(keep) * observability * _ellipsoid.EVEN_INFORMATION))
-    uncertainty = float(found_fit.deviation / found_fit.radius * relative)
+    uncertainty = float(misfit * relative)
     if not uncertainty < LARGEST_UNCERTAINTY:
         hint = "away from magnets and iron" if name == "mag" else "at rest in each attitude"
         raise CalibrationError(
@@ -258,10 +270,10 @@ def _fit(
     values, covariance, radius, radius_std = _scaled(found_fit, parameters, norm)
     matrix = _symmetric(values[:-3])
     calibrated = np.sqrt((y * y).sum(axis=0))
-    residual = np.abs(found_fit.residual[keep]) * (radius / found_fit.radius)
+    residual_max = float((np.abs(found_fit.residual) * keep).max()) * (radius / found_fit.radius)
     names = tuple(f"S_{axis}{axis}" for axis in AXES)
     if parameters == 9:
-        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _ellipsoid.PAIRS)
+        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _linear.PAIRS)
     names += tuple(f"b_{axis}" for axis in AXES)
     before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(calibrated)
     std = np.sqrt(np.diag(covariance))
@@ -282,7 +294,7 @@ def _fit(
         values=values,
         covariance=covariance,
         residual_rms=found_fit.deviation * (radius / found_fit.radius),
-        residual_max=float(residual.max()),
+        residual_max=residual_max,
         correlation=found_fit.correlation,
         deviation_before=before,
         deviation_after=after,
@@ -300,13 +312,13 @@ def _scaled(
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Parameters and covariance for the norm: S = r A, with r = det(A)^(-1/3) where it is not given."""
     a, count = fit.matrix, parameters - 3
-    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]))
+    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _linear.PAIRS[: count - 3]]))
     jacobian = np.eye(parameters)
     norm_std = 0.0
     if norm is None:
         radius = float(np.linalg.det(a)) ** (-1.0 / 3.0)
         inverse = np.linalg.inv(a)
-        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _ellipsoid.PAIRS[: count - 3]]
+        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _linear.PAIRS[: count - 3]]
         slope = -radius / 3.0 * np.array(weights)  # dr/dA
         norm_std = float(np.sqrt(slope @ fit.covariance[:count, :count] @ slope))
         jacobian[:count, :count] = radius * np.eye(count) + np.outer(entries, slope)
@@ -320,7 +332,7 @@ def _scaled(
 
 def _symmetric(values: FloatArray) -> FloatArray:
     matrix: FloatArray = np.diag(values[:3])
-    for value, (i, j) in zip(values[3:], _ellipsoid.PAIRS, strict=False):
+    for value, (i, j) in zip(values[3:], _linear.PAIRS, strict=False):
         matrix[i, j] = matrix[j, i] = value
     return matrix
 

@@ -73,11 +73,10 @@ def _row(values: FloatArray, suffix: str = "") -> str:
 
 def _number(value: float) -> str:
     """The shortest text that is read back as the float32 nearest to the value."""
-    narrow = np.float32(value)
-    if not np.isfinite(narrow):
+    if not abs(value) <= float(np.finfo(np.float32).max):
         raise ValueError(f"expected numbers within the range of float32, got {value}")
     # Valid in Rust and C alike, with a point or an exponent in each.
-    return str(narrow)
+    return str(np.float32(value))
 
 
 def _check_names(names: Mapping[str, object]) -> None:

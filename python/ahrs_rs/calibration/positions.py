@@ -29,7 +29,7 @@ class PositionsFit:
     gain: FloatArray
     bias: FloatArray
     covariance: FloatArray | None
-    """(6, 6) of gain and bias, by the spread within the positions as white noise; None where one is a single reading."""
+    """(6, 6) of gain and bias, by the spread within the positions as white noise; None where one is one reading."""
     residual: FloatArray
     """(K,) norm of each calibrated position less gravity, m/s²; with six it is rounding."""
     iterations: int

@@ -33,6 +33,8 @@ cal.json holds one or several sensors: calibrating another one adds it. `ahrs-rs
   ahrs-rs calibrate export cal.json --rust calibration.rs --c-header calibration.h
 """
 
+#: What turns faster than the typical still phase is a turn, rad/s.
+SLOWEST_TURN = 0.1
 #: A still phase between two turns lasts so long at least, s.
 HOLD = 0.5
 #: Samples of a plot.
@@ -221,11 +223,11 @@ def _turns(text: str) -> list[tuple[str, float]]:
 def _rests(recording: Recording) -> list[slice]:
     """The phases in which the gyroscope rests, and turns by less than any bias."""
     window = 0.1
-    # The selection is made for accelerometers: rates in units in which its limits are those of gyroscopes at rest.
-    rest = _windows.resting(recording.gyr * 10.0, recording.rate, window)
-    calm = np.linalg.norm(rest.means - np.median(rest.means, axis=0), axis=1) < 1.0 if len(rest.means) else []
-    index = rest.index[calm]
-    if not len(index):
+    rest = _windows.resting(recording.gyr, recording.rate, window, _windows.GYR_LIMITS)
+    # A steady turn varies as little, about another mean.
+    typical = np.median(rest.means, axis=0) if len(rest.means) else np.zeros(3)
+    index = rest.index[np.linalg.norm(rest.means - typical, axis=1) < SLOWEST_TURN]
+    if not index.size:
         raise CalibrationError("gyr: the sensor does not rest: let it lie still for some seconds")
     runs = np.split(index, np.flatnonzero(np.diff(index) > 1) + 1)
     least = max(round(HOLD / window), 1)

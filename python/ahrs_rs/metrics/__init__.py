@@ -11,11 +11,48 @@ of a mask, without the NaN ones; they are NaN where no sample is left.
 
 Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
 Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
-the distances; Yin, Li, Jilkov, IEEE Signal Processing Letters 22(11), 2015, for `imre`.
+the distances; Yin et al., IEEE Signal Processing Letters 22(11), 2015, for `imre`.
 """
 
-from ahrs_rs.metrics import _orientation, _statistics
-from ahrs_rs.metrics._orientation import *  # noqa: F403
-from ahrs_rs.metrics._statistics import *  # noqa: F403
+from ahrs_rs.metrics._orientation import (
+    Score,
+    StaticDynamic,
+    chordal_distance,
+    error_angles,
+    error_quat,
+    euler,
+    euler_error,
+    geodesic_distance,
+    heading_error,
+    inclination_error,
+    inner_product_distance,
+    score,
+    static_dynamic,
+    total_error,
+)
+from ahrs_rs.metrics._statistics import Box, box, gae, imre, mad, mae, mape, rmse
 
-__all__ = [*_orientation.__all__, *_statistics.__all__]
+__all__ = [
+    "Box",
+    "Score",
+    "StaticDynamic",
+    "box",
+    "chordal_distance",
+    "error_angles",
+    "error_quat",
+    "euler",
+    "euler_error",
+    "gae",
+    "geodesic_distance",
+    "heading_error",
+    "imre",
+    "inclination_error",
+    "inner_product_distance",
+    "mad",
+    "mae",
+    "mape",
+    "rmse",
+    "score",
+    "static_dynamic",
+    "total_error",
+]

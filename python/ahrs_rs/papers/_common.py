@@ -6,6 +6,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -23,9 +24,9 @@ T = TypeVar("T")
 Judge: TypeAlias = Callable[[T], Verdict]
 
 #: A time is the shortest of so many runs: what disturbs a run only makes it longer.
-REPEATS = 40
+REPEATS = 100
 #: of so many samples at most.
-CLOCKED = 6000
+CLOCKED = 2000
 #: Where roll and yaw are told apart, degrees of pitch.
 PITCH = 75.0
 
@@ -71,6 +72,11 @@ def angles(est: Estimate, recording: Recording) -> FloatArray:
 def angle_rmse(est: Estimate, recording: Recording) -> FloatArray:
     """(3,) RMSE of roll, pitch and yaw in degrees over the samples that count."""
     return np.asarray(metrics.rmse(angles(est, recording).T, recording.mask))
+
+
+def named(recordings: Iterable[Recording], part: str) -> list[Recording]:
+    """The recordings whose file has the part in its name."""
+    return [one for one in recordings if part in Path(str(one.meta.get("path", ""))).name]
 
 
 def not_vertical(recording: Recording) -> Recording:

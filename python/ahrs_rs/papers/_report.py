@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import html
+import importlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ahrs_rs.papers._study import Plot, Study, Table
-from ahrs_rs.papers._text import claims_with_numbers, comma_separated
+from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number, numeric
 
 PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -22,10 +24,10 @@ PAGE = """<!DOCTYPE html>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 75em; margin: 2em auto; padding: 0 1em; color: #222; }}
 table {{ border-collapse: collapse; margin: 0.5em 0 0.3em; }}
 td, th {{ padding: 0.2em 0.8em; border-bottom: 1px solid #ddd; text-align: right; vertical-align: top; }}
-td:first-child, th:first-child, td.text {{ text-align: left; }}
+td.text, th.text {{ text-align: left; }}
 caption {{ text-align: left; font-weight: 600; padding-top: 1em; }}
 p.note {{ color: #555; max-width: 60em; margin-top: 0; }}
-.holds {{ color: #06692d; }} .refuted {{ color: #a3211a; }}
+.holds, .refuted {{ white-space: nowrap; }} .holds {{ color: #06692d; }} .refuted {{ color: #a3211a; }}
 .plot {{ height: 420px; margin: 1em 0; }}
 </style>
 <script>
@@ -59,11 +61,13 @@ figures.forEach((figure, index) => {{
 """
 
 
-def require_plotly() -> None:
-    """Raise an ImportError that says what to install, where plotly is missing."""
+def require_plotly() -> Any:
+    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing."""
     try:
-        import plotly.offline  # noqa: F401
+        return importlib.import_module("plotly.offline")
     except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "plotly":
+            raise
         raise ImportError("the report needs plotly: pip install ahrs-rs[papers]") from error
 
 
@@ -75,13 +79,11 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
     ImportError
         plotly is not installed.
     """
-    require_plotly()
-    from plotly.offline import get_plotlyjs
-
+    library = require_plotly().get_plotlyjs()
     directory.mkdir(parents=True, exist_ok=True)
     figures = [plot for study in studies for plot in study.plots]
     page = PAGE.format(
-        library=get_plotlyjs(),
+        library=library,
         body=_body(studies, seed, recordings),
         # "</" would end the script element.
         figures=json.dumps([_figure(plot) for plot in figures]).replace("</", "<\\/"),
@@ -143,14 +145,13 @@ def _body(studies: Sequence[Study], seed: int, recordings: Sequence[str]) -> str
 def _table(table: Table) -> str:
     columns, rows = table.shown()
     title = html.escape(table.title) + (" (measured)" if table.measured else "")
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    pairs = zip(columns, numeric(columns, rows), strict=True)
+    head = "".join(f'<th class="{"" if right else "text"}">{html.escape(name)}</th>' for name, right in pairs)
     lines = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]
     note = f'<p class="note">{html.escape(table.note)}</p>' if table.note else ""
     return f"<table><caption>{title}</caption><tr>{head}</tr>\n" + "\n".join(lines) + f"</table>{note}"
 
 
 def _cell(text: str) -> str:
-    kind = {"holds": "holds", "does not hold": "refuted"}.get(text, "")
-    if not kind and len(text) > 12:
-        kind = "text"
-    return f'<td class="{kind}">{html.escape(text)}</td>' if kind else f"<td>{html.escape(text)}</td>"
+    kind = {"holds": "text holds", "does not hold": "text refuted"}.get(text, "" if is_number(text) else "text")
+    return f'<td class="{kind}">{html.escape(text)}</td>'

@@ -115,12 +115,6 @@ def band(plot: Plot, name: str, x: ArrayLike, low: ArrayLike, high: ArrayLike) -
     return Plot(plot.title, [area, *plot.data], plot.layout)
 
 
-def bars(title: str, groups: Sequence[str], series: Mapping[str, Sequence[float]], y_title: str) -> Plot:
-    """Bars side by side in groups."""
-    data = [{"type": "bar", "name": name, "x": list(groups), "y": _plain(values)} for name, values in series.items()]
-    return Plot(title, data, _axes("", y_title) | {"barmode": "group"})
-
-
 def boxes(title: str, groups: Mapping[str, Box], y_title: str) -> Plot:
     """A box and its whiskers for every group."""
     data: dict[str, Any] = {"type": "box", "name": "", "x": list(groups), "showlegend": False}
@@ -136,12 +130,15 @@ def boxes(title: str, groups: Mapping[str, Box], y_title: str) -> Plot:
 
 
 def radar(title: str, spokes: Sequence[str], series: Mapping[str, Sequence[float]]) -> Plot:
-    """A spider chart; each spoke is scaled by its largest value."""
-    largest = np.nanmax(np.array(list(series.values()), dtype=np.float64), axis=0)
+    """A spider chart; each spoke is scaled by its largest value, and one without a value is left out."""
+    values = np.array(list(series.values()), dtype=np.float64)
+    known = np.flatnonzero(~np.isnan(values).all(axis=0)).tolist()
+    largest = np.nanmax(values[:, known], axis=0)
+    names = [spokes[i] for i in known]
     data = []
-    for name, values in series.items():
-        scaled = _plain(np.asarray(values) / np.where(largest > 0.0, largest, 1.0))
-        closed = {"r": [*scaled, scaled[0]], "theta": [*spokes, spokes[0]]}
+    for name, row in zip(series, values[:, known], strict=True):
+        scaled = _plain(row / np.where(largest > 0.0, largest, 1.0))
+        closed = {"r": [*scaled, scaled[0]], "theta": [*names, names[0]]}
         data.append({"type": "scatterpolar", "name": name, "fill": "toself", "opacity": 0.6, **closed})
     return Plot(title, data, {"polar": {"radialaxis": {"visible": True, "range": [0, 1]}}})
 

@@ -23,7 +23,7 @@ def plain(table: Table) -> str:
 def markdown(table: Table) -> str:
     """For documents: without what is of this machine only."""
     columns, rows = table.shown(portable=True)
-    rule = ["---", *["---:"] * (len(columns) - 1)]
+    rule = ["---:" if right else "---" for right in numeric(columns, rows)]
     lines = ["| " + " | ".join(row) + " |" for row in (columns, rule, *rows)]
     head = [f"**{table.title}**", ""]
     return "\n".join([*head, *lines, *(["", table.note] if table.note else [])])
@@ -65,9 +65,22 @@ def claims_with_numbers(studies: Sequence[Study]) -> Table:
     return Table("Claims", ["paper", "claim", "simulated", "by", "real", "by (real)"], rows)
 
 
+def numeric(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
+    """Which columns hold numbers."""
+    return [bool(rows) and all(is_number(row[i]) for row in rows) for i in range(len(columns))]
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell stands at the right: numbers, and what is not known."""
+    try:
+        float(text)
+    except ValueError:
+        return text == "–"
+    return True
+
+
 def _aligned(text: str, width: int, column: int) -> str:
-    number = text.lstrip("-").replace(".", "", 1).isdigit() or text == "–"
-    return text.rjust(width) if column and number else text.ljust(width)
+    return text.rjust(width) if column and is_number(text) else text.ljust(width)
 
 
 def _word(verdict: Verdict | None) -> str:

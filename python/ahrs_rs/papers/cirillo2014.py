@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +55,8 @@ SPEEDS = {"slow": 18.0, "fast": 45.0}
 #: Of the gripper at the sensor, µT. The first makes the EKF's yaw about as much worse as in the paper (from 5.19 to
 #: 5.93°).
 GRIPPER = {"disturbed": 4.0, "severely disturbed": 20.0}
-#: How the sensor is turned for its calibration: in place, by up to 50° in 2 s, for 2 minutes.
-TURNED = {"interval": 2.0, "reach": 0.0, "duration": 120.0}
+#: How the sensor is turned for its calibration: in place, by up to 50° in 2 s, for 2 minutes at 100 Hz.
+TURNED = {"interval": 2.0, "reach": 1e-6, "duration": 120.0, "rate": 100.0}
 #: "Comparable" errors differ by no more than this factor.
 COMPARABLE = 1.5
 
@@ -94,40 +93,39 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
 
 
 def simulated_recordings(seed: int) -> dict[str, list[ar.Recording]]:
-    """The trajectories, calibrated, where `mask` is the motion."""
-    found = {}
+    """The trajectories of several sensors, calibrated."""
     trajectories = [(name, speed, 0.0) for name, speed in SPEEDS.items()]
-    for name, speed, gripper in trajectories + [(name, SPEEDS["slow"], field) for name, field in GRIPPER.items()]:
-        found[name] = [
-            calibrated(ar.simulate.scenario("robot_arm", speed=np.radians(speed), gripper=gripper, seed=one), one)
-            for one in range(seed, seed + SENSORS)
-        ]
+    trajectories += [(name, SPEEDS["slow"], field) for name, field in GRIPPER.items()]
+    found: dict[str, list[ar.Recording]] = {name: [] for name, _, _ in trajectories}
+    for one in range(seed, seed + SENSORS):
+        acc, mag = calibrations(one)
+        for name, speed, gripper in trajectories:
+            raw = ar.simulate.scenario("robot_arm", speed=np.radians(speed), gripper=gripper, seed=one)
+            assert raw.acc is not None
+            assert raw.mag is not None
+            sensors: dict[str, Any] = {"acc": acc.apply(raw.acc), "mag": mag.apply(raw.mag)}
+            found[name].append(dataclasses.replace(raw, **sensors))
     return found
 
 
-def calibrated(recording: ar.Recording, seed: int) -> ar.Recording:
-    """Accelerometer and magnetometer calibrated as in section 3: a scale and an offset an axis, by an ellipsoid through
-    readings of the same sensor, turned slowly in all directions."""
-    turned = ar.simulate.scenario(
-        "way_points", sensor="stm32f3discovery", remaining=1.0, rate=recording.rate, seed=seed, **TURNED
-    )
+def calibrations(seed: int) -> tuple[ar.calibration.Calibration, ar.calibration.Calibration]:
+    """Of accelerometer and magnetometer as in section 3: a scale and an offset an axis, by ellipsoids.
+
+    They go through readings of the same sensor while it is turned slowly in all directions.
+    """
+    turned = ar.simulate.scenario("way_points", sensor="stm32f3discovery", remaining=1.0, seed=seed, **TURNED)
     assert turned.acc is not None
-    assert recording.acc is not None
     assert turned.mag is not None
-    assert recording.mag is not None
     still = np.ones(len(turned), dtype=np.bool_)  # there is no acceleration but gravity
-    acc = ar.calibration.accelerometer(turned.acc, still=still, parameters=6).calibration
-    mag = ar.calibration.magnetometer(turned.mag, parameters=6).calibration
-    return dataclasses.replace(recording, acc=acc.apply(recording.acc), mag=mag.apply(recording.mag))
+    acc = ar.calibration.accelerometer(turned.acc, still=still, parameters=6)
+    mag = ar.calibration.magnetometer(turned.mag, parameters=6)
+    return acc.calibration, mag.calibration
 
 
 def real_recordings(recordings: Sequence[ar.Recording]) -> dict[str, list[ar.Recording]]:
     """The same kinds among the real ones."""
     kinds = {"slow": "slow_rotation", "fast": "fast_rotation", "disturbed": "magnet"}
-    found = {
-        name: [one for one in recordings if part in Path(str(one.meta.get("path", ""))).name]
-        for name, part in kinds.items()
-    }
+    found = {name: _common.named(recordings, part) for name, part in kinds.items()}
     return found if all(found.values()) else {}
 
 

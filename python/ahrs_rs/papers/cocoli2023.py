@@ -60,7 +60,7 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
     common = {"rate": RATE, "duration": SAMPLES / RATE}
     rest = [ar.simulate.scenario("static", sensor="mpu6050", remaining=0.05, seed=one, **common) for one in seeds]
     motion = [ar.simulate.scenario("moving_hand", seed=one, **common) for one in seeds]
-    moved = [one for one in recordings if tilt(one) < TILT]
+    moved = [one for one in recordings if 0.0 <= tilt(one) < TILT]
     still = [one[SAMPLES : 2 * SAMPLES] for one in recordings]
     resting = oscillations_at_rest(rest), oscillations_at_rest(still)
     moving = oscillations(motion), oscillations(moved)
@@ -98,11 +98,11 @@ def filters(rate: float) -> dict[str, ar.Filter]:
 
 
 def tilt(recording: ar.Recording) -> float:
-    """The largest angle between the sensor's z axis and the vertical in the motion, degrees."""
+    """The largest angle between the sensor's z axis and the vertical in motion, degrees; negative without motion."""
     quat = _common.truth(recording)[... if recording.mask is None else recording.mask]
     level = np.zeros_like(quat)
     level[:, 0] = 1.0
-    return float(np.nanmax(ar.metrics.inclination_error(quat, level, degrees=True)))
+    return float(np.fmax.reduce(ar.metrics.inclination_error(quat, level, degrees=True), initial=-np.inf))
 
 
 def oscillation(angle: FloatArray) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +12,7 @@ import ahrs_rs as ar
 from ahrs_rs.papers import _common
 from ahrs_rs.papers._common import FloatArray
 from ahrs_rs.papers._study import Cell, Claim, Plot, Study, Table, Verdict, band, boxes, lines
+from ahrs_rs.papers._warm_up import WarmUp
 
 Errors: TypeAlias = dict[str, list[FloatArray]]
 """For every filter and recording (3, T): errors of roll, pitch and yaw in degrees, NaN where none counts."""
@@ -56,17 +56,11 @@ RMSE: dict[str, dict[str, dict[str, tuple[float, float, float]]]] = {
         "B": {"DCM": (2.29, 0.26, 0.70), "Madgwick": (0.14, 0.78, 0.79), "Mahony": (0.16, 0.30, 0.40)},
     },
 }
-#: Table 4, SparkFun's gyroscope: slope and value at 0 °C of its bias, in °/s.
-SLOPES = (-0.01188330, -0.00845710, 0.00542382)
-AT_ZERO = (0.24566657, 0.19236960, -0.21682853)
 
 #: So many draws of the sensors' errors.
 DRAWS = 3
 #: "As accurate" is what the paper calls 1.21 times the best (Table 2, sensor B).
 AS_ACCURATE = 1.25
-#: Of the warming sensor, Hz; samples of a minute.
-WARM_RATE = 10.0
-MINUTE = 600
 #: Added to every axis, deg/s.
 BIASES = np.arange(0.0, 7.25, 0.5)
 #: Of Fig 10, deg/s.
@@ -135,7 +129,7 @@ def simulated_tests(sensor: str, seed: int) -> dict[str, list[ar.Recording]]:
 def real_tests(recordings: Sequence[ar.Recording]) -> dict[str, list[ar.Recording]]:
     """The nearest real recordings, where roll and yaw are told apart."""
     found = {
-        test: [_common.not_vertical(one) for one in recordings if kind in Path(str(one.meta.get("path", ""))).name]
+        test: [_common.not_vertical(one) for one in _common.named(recordings, kind)]
         for test, kind in {"rotation": "_rotation", "acceleration": "_translation"}.items()
     }
     return found if all(found.values()) else {}
@@ -244,61 +238,6 @@ def convergence(recording: ar.Recording) -> Convergence:
     table = np.array(rows)
     own = np.degrees(np.array(recording.meta.get("gyr_bias", (0.0, 0.0, 0.0)), dtype=np.float64))
     return Convergence(table[:, 0], table[:, 1:4], table[:, 4:], own + INDUCED)
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class WarmUp:
-    """Section 4.4: the gyroscope of a still sensor that warms up, in means of a minute."""
-
-    t: FloatArray
-    temperature: FloatArray
-    gyr: FloatArray
-    """(N, 3) deg/s"""
-    lines: FloatArray
-    """(2, 3) slope and value at 0 °C of the bias."""
-
-    @classmethod
-    def of(cls, seed: int) -> WarmUp:
-        """Simulated with the paper's sensor."""
-        recording = ar.simulate.scenario("warm_up", rate=WARM_RATE, seed=seed)
-        assert recording.temperature is not None
-        count = len(recording) // MINUTE
-        t, temperature, gyr = (
-            array[: count * MINUTE].reshape(count, MINUTE, -1).mean(axis=1)
-            for array in (recording.t, recording.temperature, np.degrees(recording.gyr))
-        )
-        fitted = np.polyfit(temperature[:, 0], gyr, 1)
-        return cls(t[:, 0], temperature[:, 0], gyr, fitted)
-
-    @property
-    def left(self) -> FloatArray:
-        """(N, 3) what the model does not explain."""
-        rest: FloatArray = self.gyr - np.outer(self.temperature, self.lines[0]) - self.lines[1]
-        return rest
-
-    def verdict(self) -> Verdict:
-        """By the range of the minutes' means."""
-        before, after = (float(np.ptp(each, axis=0).max()) for each in (self.gyr, self.left))
-        return Verdict(
-            after < FOUND * before, f"{before:.3g}°/s over {np.ptp(self.temperature):.3g} °C, {after:.2g}°/s left"
-        )
-
-    def table(self) -> Table:
-        """Beside Table 4."""
-        rows: list[list[Cell]] = [
-            [axis, SLOPES[i], float(self.lines[0, i]), AT_ZERO[i], float(self.lines[1, i]),
-             float(np.ptp(self.gyr[:, i])), float(np.ptp(self.left[:, i]))]
-            for i, axis in enumerate("xyz")
-        ]  # fmt: skip
-        columns = ["axis", "slope (paper)", "slope", "at 0 °C (paper)", "at 0 °C", "range before", "range after"]
-        note = "The sensor is simulated with the paper's Table 4, which the fit has to find again."
-        return Table("Table 4: bias of the gyroscope by temperature, °/s", columns, rows, note=note, form=".4f")
-
-    def plot(self) -> Plot:
-        """As Fig 11."""
-        curves = {f"{axis}": self.gyr[:, i] for i, axis in enumerate("xyz")}
-        curves |= {f"{axis}, model": self.gyr[:, i] - self.left[:, i] for i, axis in enumerate("xyz")}
-        return lines("Gyroscope of a still, warming sensor", self.temperature, curves, "temperature [°C]", "bias [°/s]")
 
 
 def _errors(est: ar.Estimate, recording: ar.Recording) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,6 +18,9 @@ Params: TypeAlias = Mapping[str, Mapping[str, Any]]
 Cases: TypeAlias = Mapping[str, Sequence[ar.Recording]]
 Found: TypeAlias = dict[str, dict[str, FloatArray]]
 """For every case and filter (5, 2): the metrics of roll and pitch."""
+
+Gains: TypeAlias = dict[str, dict[str, tuple[float, float, float]]]
+"""For every case and filter: RMSE without and with a threshold, and the threshold."""
 
 TITLE = (
     "D. Parikh, S. Vohra, M. Kaveshgar: Comparison of attitude estimation algorithms with IMU under external "
@@ -47,33 +49,20 @@ CLASSES: dict[str, type[ar.Filter]] = {
 }
 #: Where the grid looks. Of the Kalman filter's three numbers only the ratios matter; R is the paper's.
 GRID: dict[str, tuple[dict[str, tuple[float, float]], int]] = {
-    "Kalman": ({"angle_process": (1e-8, 1.0), "bias_process": (1e-12, 1e-3)}, 19),
+    "Kalman": ({"angle_process": (1e-8, 1.0), "bias_process": (1e-12, 1e-3)}, 13),
     "Madgwick": ({"beta": (1e-4, 1.0)}, 81),
-    "Mahony": ({"kp": (1e-3, 10.0), "ki": (1e-5, 1.0)}, 21),
+    "Mahony": ({"kp": (1e-3, 10.0), "ki": (1e-5, 1.0)}, 17),
     "Complementary": ({"tau": (0.01, 1000.0)}, 81),
 }
-CASES = ("1: level", "2: banked 15°", "3: vibration")
 METRICS = ("RMSE", "MAPE", "MAD", "GAE", "IMRE")
-#: Table III: RMSE of pitch and roll.
-RMSE = {
-    "1: level": {
-        "Kalman": (0.33, 0.28),
-        "Madgwick": (0.30, 0.24),
-        "Mahony": (0.34, 0.29),
-        "Complementary": (0.42, 0.37),
-    },
-    "2: banked 15°": {
-        "Kalman": (0.39, 0.40),
-        "Madgwick": (0.35, 0.30),
-        "Mahony": (0.40, 0.41),
-        "Complementary": (0.41, 0.43),
-    },
-    "3: vibration": {
-        "Kalman": (0.33, 0.57),
-        "Madgwick": (0.22, 1.74),
-        "Mahony": (0.82, 0.57),
-        "Complementary": (0.38, 0.53),
-    },
+#: Table III: RMSE of pitch and roll, of the filters in their order.
+RMSE: dict[str, dict[str, tuple[float, float]]] = {
+    case: dict(zip(CLASSES, numbers, strict=True))
+    for case, numbers in (
+        ("1: level", ((0.33, 0.28), (0.30, 0.24), (0.34, 0.29), (0.42, 0.37))),
+        ("2: banked 15°", ((0.39, 0.40), (0.35, 0.30), (0.40, 0.41), (0.41, 0.43))),
+        ("3: vibration", ((0.33, 0.57), (0.22, 1.74), (0.82, 0.57), (0.38, 0.53))),
+    )
 }
 #: Table II: µs on an ESP32.
 TIMES = {"Kalman": 51.0, "Madgwick": 17.0, "Mahony": 14.0, "Complementary": 10.0}
@@ -101,6 +90,10 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
     ours = measure(tuned, simulated)
     real_tuned = tune(real["real: slow translation"]) if real else {}
     real_ours = measure(real_tuned, real)
+    equal: list[list[Cell]] = [[case, *_with_gain(group)] for case, group in simulated.items()]
+    best = under_acceleration(_common.smallest("Madgwick"))
+    worst = under_acceleration(_common.largest("Complementary"))
+    thresholds = threshold_gains(tuned, simulated, real_tuned, real)
     table, ns = _common.times(
         "Table II: time of a step", filters(RATE, {}), simulated["1: level"][0], TIMES, "µs", nine_axes=False
     )
@@ -114,13 +107,15 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
             _rmse_table(paper, ours, real_ours),
             _metrics_table(ours | real_ours),
             _parameter_table(tuned, real_tuned),
-            _gain_table(simulated),
-            *_adaptive_tables(tuned, simulated, real_tuned, real),
+            Table(
+                "RMSE of the Kalman filter, and of α = 1 − K1", ["case", "Kalman", "complementary"], equal, form=".4f"
+            ),
+            *thresholds[0],
             table,
         ],
         claims=[
-            Claim("Madgwick suppresses acceleration best", *_common.verdicts(best_in_acceleration, *both)),
-            Claim("The complementary filter suppresses it least", *_common.verdicts(worst_in_acceleration, *both)),
+            Claim("Madgwick suppresses acceleration best", *_common.verdicts(best, *both)),
+            Claim("The complementary filter suppresses it least", *_common.verdicts(worst, *both)),
             Claim("All metrics order the filters alike under acceleration", *_common.verdicts(one_order, *both)),
             Claim("Under vibration Kalman and Mahony beat Madgwick", *_common.verdicts(robust_to_vibration, *both)),
             Claim("With α = 1 − K1 complementary is nearly Kalman", *_common.verdicts(gain_is_enough, simulated, real)),
@@ -128,7 +123,7 @@ def study(recordings: list[ar.Recording], seed: int) -> Study:
                 "The complementary filter is the fastest", *_common.verdicts(_common.fastest("Complementary"), *clocked)
             ),
             Claim("Kalman is the slowest", *_common.verdicts(_common.slowest("Kalman"), *clocked)),
-            *_adaptive_claims(tuned, simulated, real_tuned, real),
+            *thresholds[1],
         ],
         plots=_plots(tuned, simulated, ours),
     )
@@ -167,7 +162,7 @@ def rotors(seed: int) -> ar.Recording:
 def real_cases(recordings: Sequence[ar.Recording]) -> Cases:
     """Recordings by what disturbs them."""
     cases = {
-        f"real: {kind}": [one for one in recordings if kind.replace(" ", "_") in _name(one)]
+        f"real: {kind}": _common.named(recordings, kind.replace(" ", "_"))
         for kind in ("slow translation", "fast translation", "vibration")
     }
     return {name: group for name, group in cases.items() if group} if all(cases.values()) else {}
@@ -176,7 +171,10 @@ def real_cases(recordings: Sequence[ar.Recording]) -> Cases:
 def low_passed(recording: ar.Recording) -> ar.Recording:
     """As section III.B."""
     assert recording.acc is not None
-    gyr, acc = (ar.signal.low_pass(x, CUTOFF, recording.rate, order=4) for x in (recording.gyr, recording.acc))
+    gyr, acc = (
+        np.asarray(ar.signal.low_pass(x, CUTOFF, recording.rate, order=4), dtype=np.float64)
+        for x in (recording.gyr, recording.acc)
+    )
     return dataclasses.replace(recording, gyr=gyr, acc=acc)
 
 
@@ -223,18 +221,15 @@ def accelerated(found: Found) -> Found:
     return {case: group for case, group in found.items() if "vibration" not in case}
 
 
-def best_in_acceleration(found: Found) -> Verdict:
-    """Madgwick in every such case."""
-    return _everywhere(
-        joint(accelerated(found)), lambda values: min(values, key=lambda each: values[each]) == "Madgwick"
-    )
+def under_acceleration(judge: _common.Judge[Mapping[str, float]]) -> _common.Judge[Found]:
+    """The judge's verdict in every case with external acceleration."""
 
+    def verdict(found: Found) -> Verdict:
+        each = {case: judge(values) for case, values in joint(accelerated(found)).items()}
+        numbers = "; ".join(f"{case}: {one.numbers}" for case, one in each.items())
+        return Verdict(all(one.holds for one in each.values()), numbers)
 
-def worst_in_acceleration(found: Found) -> Verdict:
-    """The complementary filter in every such case."""
-    return _everywhere(
-        joint(accelerated(found)), lambda values: max(values, key=lambda each: values[each]) == "Complementary"
-    )
+    return verdict
 
 
 def one_order(found: Found) -> Verdict:
@@ -281,10 +276,6 @@ def _with_gain(group: Sequence[ar.Recording]) -> tuple[float, float]:
     return float(np.sqrt((found[0] ** 2).mean())), float(np.sqrt((found[1] ** 2).mean()))
 
 
-def _name(recording: ar.Recording) -> str:
-    return Path(str(recording.meta.get("path", ""))).name
-
-
 def _metrics(est: ar.Estimate, recording: ar.Recording) -> FloatArray:
     """(5, 2): the metrics of roll and pitch."""
     error = _common.angles(est, recording).T[:2]
@@ -299,14 +290,9 @@ def _metrics(est: ar.Estimate, recording: ar.Recording) -> FloatArray:
     ])  # fmt: skip
 
 
-def _everywhere(values: Mapping[str, dict[str, float]], holds: Any) -> Verdict:
-    numbers = "; ".join(f"{case}: {_common.listed(each)}" for case, each in values.items())
-    return Verdict(all(map(holds, values.values())), numbers)
-
-
 def _rmse_table(paper: Found, ours: Found, real: Found) -> Table:
     rows: list[list[Cell]] = []
-    for case in CASES:
+    for case in RMSE:
         for name in CLASSES:
             with_paper, with_ours = paper[case][name][0], ours[case][name][0]
             numbers = (*RMSE[case][name], with_paper[1], with_paper[0], with_ours[1], with_ours[0])
@@ -337,39 +323,33 @@ def _parameter_table(simulated: Params, real: Params) -> Table:
     return Table("Table I: parameters", ["filter", "parameter", "paper", "case 2", "real"], rows, form=".4g")
 
 
-def _gain_table(cases: Cases) -> Table:
-    rows: list[list[Cell]] = [[case, *_with_gain(group)] for case, group in cases.items()]
-    return Table("RMSE of the Kalman filter, and of α = 1 − K1", ["case", "Kalman", "complementary"], rows, form=".4f")
-
-
-def _adaptive_tables(tuned: Params, simulated: Cases, real_tuned: Params, real: Cases) -> list[Table]:
-    """What a threshold of the acceleration brings, where the filters have one."""
+def threshold_gains(
+    tuned: Params, simulated: Cases, real_tuned: Params, real: Cases
+) -> tuple[list[Table], list[Claim]]:
+    """The paper's future work, where the filters have a threshold: what it brings, and whether as the paper expects."""
     if not adaptive():
-        return []
+        return [], []
+    worlds = gains(tuned, simulated), gains(real_tuned, real) if real else None
     rows: list[list[Cell]] = []
-    for params, cases in ((tuned, simulated), (real_tuned, real)):
-        for case, values in gains(params, cases).items():
+    for world in worlds:
+        for case, values in (world or {}).items():
             rows += [[case, name, *numbers] for name, numbers in values.items()]
-    columns = ["case", "filter", "without", "with", "threshold [m/s²]"]
-    return [Table("Future work of the paper: threshold-based gains, RMSE", columns, rows)]
 
-
-def _adaptive_claims(tuned: Params, simulated: Cases, real_tuned: Params, real: Cases) -> list[Claim]:
-    """The expectation of the paper's future work."""
-    if not adaptive():
-        return []
-
-    def better(world: tuple[Params, Cases]) -> Verdict:
-        found = {case: group for case, group in gains(*world).items() if "vibration" not in case}
+    def better(found: Gains) -> Verdict:
         parts = {
-            f"{name} ({case})": 100.0 * (each[1] / each[0] - 1.0)
+            f"{name} ({case})": 100.0 * (with_threshold / without - 1.0)
             for case, group in found.items()
-            for name, each in group.items()
+            if "vibration" not in case
+            for name, (without, with_threshold, _) in group.items()
         }
         return Verdict(max(parts.values()) < 0.0, _common.listed(parts, " %"))
 
-    worlds = (tuned, simulated), (real_tuned, real) if real else None
-    return [Claim("Threshold-based gains improve the filters under acceleration", *_common.verdicts(better, *worlds))]
+    columns = ["case", "filter", "without", "with", "threshold [m/s²]"]
+    claim = "Threshold-based gains improve the filters under acceleration"
+    return (
+        [Table("Future work of the paper: threshold-based gains, RMSE", columns, rows)],
+        [Claim(claim, *_common.verdicts(better, *worlds))],
+    )
 
 
 def adaptive() -> list[str]:
@@ -377,13 +357,13 @@ def adaptive() -> list[str]:
     return [name for name, cls in CLASSES.items() if ADAPTIVE in cls.PARAMS]
 
 
-def gains(params: Params, cases: Cases) -> dict[str, dict[str, tuple[float, float, float]]]:
+def gains(params: Params, cases: Cases) -> Gains:
     """RMSE without and with a threshold, and the threshold, found by a grid on the first case with acceleration."""
     chosen: dict[str, dict[str, Any]] = {}
     first = next(group for case, group in cases.items() if case != "1: level")
     for name in adaptive():
         found = ar.tuning.grid(
-            CLASSES[name], first, {ADAPTIVE: (0.05, 20.0)}, points=61, metric="inclination", fixed=params[name]
+            CLASSES[name], first, {ADAPTIVE: (0.05, 20.0)}, points=61, metric="inclination", fixed=params.get(name)
         )
         chosen[name] = found.params
     without, with_threshold = joint(measure(params, cases)), joint(measure(chosen, cases))
@@ -414,14 +394,7 @@ def _plots(params: Params, cases: Cases, found: Found) -> list[Plot]:
             )
             for i, angle in enumerate(("Roll", "Pitch"))
         ]
-        # A spoke for every metric that is defined here, RMS over roll and pitch.
-        series = {
-            name: [joint({case: found[case]}, number)[case][name] for number in _defined(found[case])]
-            for name in CLASSES
-        }
-        plots.append(radar(f"Case {case}: errors by the largest", [METRICS[i] for i in _defined(found[case])], series))
+        values = [joint({case: found[case]}, number)[case] for number in range(len(METRICS))]
+        series = {name: [each[name] for each in values] for name in CLASSES}
+        plots.append(radar(f"Case {case}: errors by the largest", METRICS, series))
     return plots
-
-
-def _defined(group: Mapping[str, FloatArray]) -> list[int]:
-    return [i for i in range(len(METRICS)) if not all(np.isnan(each[i]).all() for each in group.values())]

@@ -1,8 +1,8 @@
 """Smooth functions of time with exact derivatives: what motions are made of.
 
 A function has `derivative(t, order)`: the values at the times t (T,) as (T, columns). Order 0 is the function itself.
-Each column is in one piece in memory (the array is the transpose of one that numpy would call contiguous), which makes
-what is computed from it three times as fast.
+Each column is in one piece in memory (the array is the transpose of one that numpy would call contiguous), which is the
+fast layout for what is computed from it, column by column.
 """
 
 from __future__ import annotations

@@ -182,12 +182,15 @@ class SplineMotion(_Carried):
     #: The turns between control points: axes (n, 3) and half angles (n,).
     axes: FloatArray = field(init=False, repr=False)
     halves: FloatArray = field(init=False, repr=False)
+    _columns: tuple[FloatArray, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         turns = _quat.log(_quat.multiply(_quat.conjugate(self.control[:-1]), self.control[1:]))
         angles = np.linalg.norm(turns, axis=1)
         object.__setattr__(self, "axes", turns / np.where(angles > 0.0, angles, 1.0)[:, None])
         object.__setattr__(self, "halves", 0.5 * angles)
+        columns = tuple(np.ascontiguousarray(one.T) for one in (self.control, self.axes))
+        object.__setattr__(self, "_columns", columns)
 
     @classmethod
     def through(cls, orientations: ArrayLike, interval: float, path: Function = NOWHERE) -> SplineMotion:
@@ -241,7 +244,7 @@ class SplineMotion(_Carried):
     def orientation(self, t: FloatArray) -> FloatArray:
         """(T, 4), continuous in sign."""
         segment, u = self._segments(t)
-        q = self.control.T[:, segment].T
+        q = self._columns[0].take(segment, axis=1).T
         for i, weight in enumerate(_weights(u)):
             q = _quat.multiply(q, self._turn(segment + i, weight))
         return q
@@ -251,7 +254,9 @@ class SplineMotion(_Carried):
         segment, u = self._segments(t)
         rate = np.zeros((3, len(t))).T
         for i, (weight, slope) in enumerate(zip(_weights(u), _slopes(u), strict=True)):
-            added = self.axes.T[:, segment + i] * (2.0 * self.halves[segment + i] * slope / self.interval)
+            added = self._columns[1].take(segment + i, axis=1) * (
+                2.0 * self.halves[segment + i] * slope / self.interval
+            )
             rate = _quat.rotate(self._turn(segment + i, -weight), rate) + added.T
         rate[(t < 0.0) | (t >= self.end)] = 0.0
         return rate
@@ -266,7 +271,7 @@ class SplineMotion(_Carried):
         """Quaternions (T, 4) of a part of the turns between control points."""
         half = part * self.halves[which]
         sine = np.sin(half)
-        x, y, z = self.axes.T[:, which]
+        x, y, z = self._columns[1].take(which, axis=1)
         return _quat.columns(np.cos(half), sine * x, sine * y, sine * z)
 
 

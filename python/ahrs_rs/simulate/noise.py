@@ -13,8 +13,9 @@ from .sensor import Triad
 
 #: Largest ratio of weights within one cumulative sum of a decaying process: three digits of sixteen are lost.
 LARGEST_WEIGHT = 1e3
-#: Values of a drift in its shortest correlation time.
-STEPS = 100
+#: Values of a drift in its shortest correlation time: what is lost by lines in between is a seventh of that process's
+#: deviation at most.
+STEPS = 25
 #: Allan deviation of a Gauss-Markov process with deviation 1 at its peak, and of flicker noise with B = 1.
 MARKOV_PEAK, FLICKER_FLOOR = 0.6174, math.sqrt(2.0 * math.log(2.0) / math.pi)
 

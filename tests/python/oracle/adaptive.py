@@ -5,6 +5,7 @@ import math
 from .so3 import Vec3
 
 GRAVITY = 9.80665
+ACC_REJECTED = 8
 
 
 def acc_share(acc: Vec3 | None, threshold: float) -> float:

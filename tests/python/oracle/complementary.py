@@ -1,6 +1,6 @@
 """Complementary filter of the Euler angles: Parikh, Vohra & Kaveshgar 2021, section II-A."""
 
-from .adaptive import acc_share
+from .adaptive import ACC_REJECTED, acc_share
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
 from .trigonometric import acc_angles, euler_rate_step
@@ -21,6 +21,7 @@ class Complementary:
         self.acc_threshold = acc_threshold
         self.integration = integration
         self.q = IDENTITY
+        self.flags = 0
 
     def set_attitude(self, q: Quat) -> None:
         """Take over an attitude."""
@@ -32,9 +33,11 @@ class Complementary:
             roll, pitch, yaw = to_euler(gyro_step(self.q, gyr, dt, "exponential"))
         else:
             roll, pitch, yaw = euler_rate_step(to_euler(self.q), gyr, dt)
+        share = acc_share(acc, self.acc_threshold)
+        self.flags = ACC_REJECTED if share == 0 else 0
         if acc is not None:
             alpha = self.tau / (self.tau + dt)
-            weight = (1 - alpha) * acc_share(acc, self.acc_threshold)
+            weight = (1 - alpha) * share
             acc_roll, acc_pitch = acc_angles(acc)
             # α angle + (1 - α) angle_acc, the difference of the two taken the short way round
             if acc_roll is not None:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .adaptive import acc_share
+from .adaptive import ACC_REJECTED, acc_share
 from .driver import FRAMES
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, conjugate, multiply, normalize, rotate, unit
@@ -111,6 +111,7 @@ class Madgwick:
         self.gradient = gradient
         self.integration = integration
         self.q = IDENTITY
+        self.flags = 0
         self.bias: Vec3 = (0.0, 0.0, 0.0)
 
     def set_attitude(self, q: Quat) -> None:
@@ -156,7 +157,9 @@ class Madgwick:
         north_on_x = multiply(FRAMES["NWU"], self.q)
         whole = raw_gradient(north_on_x, acc, mag)
         # Of the accelerometer's part only a share counts, and the step gets shorter by what is left out.
-        g = whole - (1.0 - acc_share(acc, self.acc_threshold)) * raw_gradient(north_on_x, acc, None)
+        share = acc_share(acc, self.acc_threshold)
+        self.flags = ACC_REJECTED if share == 0 else 0
+        g = whole - (1.0 - share) * raw_gradient(north_on_x, acc, None)
         if self.gradient == "tangent":
             along = np.array(north_on_x)
             g, whole = (v - (v @ along) * along for v in (g, whole))

@@ -2,7 +2,7 @@
 
 import math
 
-from .adaptive import acc_share
+from .adaptive import ACC_REJECTED, acc_share
 from .gyro_integration import gyro_step
 from .so3 import IDENTITY, Z_AXIS, Quat, Vec3, cross, normalize, rotate, rotate_inverse, unit
 
@@ -18,6 +18,7 @@ class Mahony:
         self.acc_threshold = acc_threshold
         self.integration = integration
         self.q = IDENTITY
+        self.flags = 0
         self.bias: Vec3 = (0.0, 0.0, 0.0)
 
     def set_attitude(self, q: Quat) -> None:
@@ -28,9 +29,10 @@ class Mahony:
         """One sample: the error at the previous attitude, the bias by it, then one gyroscope step by both."""
         q = self.q
         error = (0.0, 0.0, 0.0)
+        share = acc_share(acc, self.acc_threshold)
+        self.flags = ACC_REJECTED if share == 0 else 0
         if acc is not None:
             expected_up = rotate_inverse(q, Z_AXIS)  # line 1: q⁻¹ ⊗ E_a ⊗ q
-            share = acc_share(acc, self.acc_threshold)
             error = add(error, scale(share, cross(unit(acc), expected_up)))  # line 3, first term
         if mag is not None:
             # E_m: the measured field in the earth frame, turned about z to north, which is y (as in Alg 2)
