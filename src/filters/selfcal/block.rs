@@ -31,6 +31,8 @@ pub struct Block<S> {
     pub rate2: S,
     /// The variance in rad² that irregular steps add to the attitude.
     pub slip: S,
+    /// That of clipped rates, Σ R diag(variances) Rᵀ.
+    pub clipped: Matrix3<S>,
     /// Σ ω dt as measured.
     pub gyr: Vec3<S>,
     /// The time at rest.
@@ -56,6 +58,7 @@ impl<S: Scalar> Block<S> {
             matrix: [m; 3],
             rate2: o,
             slip: o,
+            clipped: m,
             gyr: v,
             rest: o,
             force: v,
@@ -83,6 +86,16 @@ impl<S: Scalar> Block<S> {
         self.turn = plus(self.turn, r, dt);
         self.rate2 = self.rate2 + turning.norm2() * dt;
         self.gyr = self.gyr + gyr * dt;
+    }
+
+    /// The variances that clipped rates add to the angles of the sensor's axes.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn clips(&mut self, r: Matrix3<S>, variances: Vec3<S>) {
+        let scaled = |row: Vec3<S>| Vec3::new(row.x * variances.x, row.y * variances.y, row.z * variances.z);
+        let Matrix3 { x, y, z } = &mut self.clipped;
+        for (sum, row) in [(x, r.x), (y, r.y), (z, r.z)] {
+            *sum = *sum + r.apply(scaled(row));
+        }
     }
 
     /// The specific force where the mask is true, standing for the time `dt`.
@@ -122,8 +135,8 @@ impl<S: Scalar> Block<S> {
     /// Calls `visit` for each variable.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
-        let Block { turn, force_turn, field_turn, matrix: [x, y, z], .. } = self;
-        for rows in [turn, force_turn, field_turn, x, y, z] {
+        let Block { turn, clipped, force_turn, field_turn, matrix: [x, y, z], .. } = self;
+        for rows in [turn, clipped, force_turn, field_turn, x, y, z] {
             for row in [&mut rows.x, &mut rows.y, &mut rows.z] {
                 for value in [&mut row.x, &mut row.y, &mut row.z] {
                     visit(value);

@@ -8,12 +8,14 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 pub mod block;
+pub mod clipping;
 pub mod magnetic;
 pub mod measurement;
 pub mod prediction;
 pub mod state;
 
 use self::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};
+use self::clipping::Clipping;
 use self::magnetic::{HEADING_SHARE, Reference};
 use self::measurement::{Row, Seen, correct};
 use self::prediction::Transition;
@@ -76,6 +78,8 @@ params! {
     real gyr_noise: "rad/s/√Hz" = 3e-4 in [1e-9, 1e3];
     /// Noise density of the gyroscope for each rad/s that it turns.
     real rate_noise: "1/√Hz" = 7e-4 in [0.0, 1e3];
+    /// The largest rate that an axis of the gyroscope shows; 0 where it is not known, and found where readings stand still.
+    real gyr_range: "rad/s" = 0.0 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
     real bias_noise: "rad/s²/√Hz" = 5e-5 in [0.0, 1e3];
     /// Standard deviation of the velocity.
@@ -152,6 +156,7 @@ pub struct SelfCalKF<S: Scalar> {
     state: State<S>,
     block: Block<S>,
     steps: Steps<S>,
+    clipping: Clipping<S>,
     reference: Reference<S>,
     rest: Rest<S>,
     /// The time since the last specific force.
@@ -173,6 +178,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             state: State::new(params),
             block: Block::new(),
             steps: Steps::new(),
+            clipping: Clipping::new(),
             reference: Reference::new(),
             rest: Rest::new(),
             acc_interval: S::zero(),
@@ -209,7 +215,15 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.state.q = rotate_by(self.state.q, turning, dt);
         let r = self.state.q.matrix();
         let turning = bounded_rate(turning);
-        self.block.turns(r, sample.gyr, rate, turning, dt);
+        // A clipped axis says nothing of its column of the matrix, and leaves its angle unknown.
+        let clipped = self.clipping.see(sample.gyr, self.params.gyr_range, dt);
+        let (o, Vec3 { x, y, z }) = (S::zero(), clipped);
+        let whole = |clipped: S, rate: S| S::select(o.lt(clipped), o, rate);
+        let shown = Vec3::new(whole(x, rate.x), whole(y, rate.y), whole(z, rate.z));
+        self.block.turns(r, sample.gyr, shown, turning, dt);
+        if (o.lt(x) | o.lt(y) | o.lt(z)).any() {
+            self.block.clips(r, clipped);
+        }
         self.block.slip = self.block.slip + self.steps.slip(turning, dt);
         if self.is_late() {
             self.ahead = exp_half(turning * (S::of(0.5) * self.params.latency));
@@ -269,6 +283,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.state.each(visit);
         self.block.each(visit);
         self.steps.each(visit);
+        self.clipping.each(visit);
         self.reference.each(visit);
         self.rest.each(visit);
         self.ahead.each(visit);

@@ -127,6 +127,14 @@ impl<S: Scalar> Transition<S> {
                 p[(i, i)] = p[(i, i)] + S::select(lanes, noise, S::zero());
             }
         }
+        let clipped = rows(block.clipped);
+        for j in 0..3 {
+            for i in 0..3 {
+                // The same for (i, j) and (j, i).
+                let noise = S::of(0.5) * (clipped[(i, j)] + clipped[(j, i)]);
+                p[(i, j)] = p[(i, j)] + S::select(lanes, noise, S::zero());
+            }
+        }
         State::bounded(lanes, p, params);
     }
 
