@@ -98,15 +98,18 @@ impl<S: Scalar> Block<S> {
         }
     }
 
-    /// The specific force where the mask is true, standing for the time `dt`.
+    /// The specific force where the mask is true, standing for the time `dt`. Gives where it is beyond what counts.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn pushes(&mut self, lanes: S::Mask, r: Matrix3<S>, force: Vec3<S>, state: &State<S>, dt: S) {
+    pub fn pushes(&mut self, lanes: S::Mask, r: Matrix3<S>, force: Vec3<S>, state: &State<S>, dt: S) -> S::Mask {
+        let largest = S::of(SATURATION) * state.gravity();
+        let beyond = lanes & (largest * largest).lt(force.norm2());
+        let lanes = lanes & !beyond;
         let dt = S::select(lanes, dt, S::zero());
-        let gravity = state.gravity();
-        let force = saturated(Vec3::select(lanes, force, Vec3::zero()), S::of(SATURATION) * gravity);
+        let force = Vec3::select(lanes, force, Vec3::zero());
         self.force = self.force + r.apply(force - state.acc_bias()) * dt;
         self.force_turn = plus(self.force_turn, r, dt);
         self.force_time = self.force_time + dt;
+        beyond
     }
 
     /// The field (in norms of the reference) where the mask is true: it is that of the attitude a delay before, R exp(−[ω τ̂]×) m,

@@ -82,6 +82,12 @@ impl<S: Scalar> Reference<S> {
         self.weight.lt(S::of(REJECTING_WEIGHT))
     }
 
+    /// Where the field that counts little has been that of one place for half the time after which it is the new reference.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn recovers(&self, new_time: S) -> S::Mask {
+        (S::of(0.5) * new_time).lt(self.turned)
+    }
+
     /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that
     /// is over.
     #[cfg_attr(not(debug_assertions), inline(always))]

@@ -89,17 +89,19 @@ params! {
     /// Noise density of the accelerometer.
     real velocity_noise: "m/s²/√Hz" = 0.01 in [1e-6, 1e3];
     /// Noise density of a component of the magnetometer, in norms of the field.
-    real mag_noise: "1/√Hz" = 0.035 in [1e-6, 1e3];
+    real mag_noise: "1/√Hz" = 0.04 in [1e-6, 1e3];
     /// How much it grows for each rad/s that the sensor turns.
     real mag_rate_noise: "s/rad/√Hz" = 7e-4 in [0.0, 1e3];
-    /// Deviation of the field from its reference, in its norms, at which it begins to count less.
-    real mag_tolerance: "1" = 0.09 in [1e-6, 1e3];
+    /// Deviation of the field from its reference, in its norms, at which it begins to count less (1e9: every
+    /// field counts alike).
+    real mag_tolerance: "1" = 0.09 in [1e-6, 1e9];
     /// How slowly it does: the weight is (1 + (deviation/tolerance)²/tail)⁻².
     real mag_tail: "1" = 1.7 in [1e-3, 1e6];
     /// Time of movement after which a field that is not the reference's, but the same all the time, is the new reference.
     real mag_new_time: "s" = 20.0 in [0.0, 1e6];
-    /// Standard deviation of the field's disturbance, in norms of the field.
-    real disturbance: "1" = 0.02 in [0.0, 1e3];
+    /// Standard deviation of the field's disturbance, in norms of the field. Here and in all that follows, 0 takes the state
+    /// out of the estimate.
+    real disturbance: "1" = 0.018 in [0.0, 1e3];
     /// The time for which a disturbance lasts.
     real disturbance_time: "s" = 8.0 in [1e-3, 1e6];
     /// How fast the hard iron wanders, in norms of the field.
@@ -121,7 +123,7 @@ params! {
     /// Standard deviation of the heading at the start.
     real initial_heading: "rad" = 1.0 in [1e-6, 1e3];
     /// Standard deviation of the gyroscope's bias at the start; it never becomes larger.
-    real initial_bias: "rad/s" = 0.0087 in [1e-9, 1e3];
+    real initial_bias: "rad/s" = 0.0087 in [0.0, 1e3];
     /// The same of each entry of the gyroscope's matrix.
     real initial_matrix: "1" = 0.003 in [0.0, 1e3];
     /// The same of the velocity.
@@ -132,12 +134,10 @@ params! {
     real initial_gravity: "m/s²" = 0.05 in [0.0, 1e3];
     /// The same of the hard iron, in norms of the field.
     real initial_hard_iron: "1" = 1e-3 in [0.0, 1e3];
-    /// The same of the disturbance, in norms of the field.
-    real initial_disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The same of the reference field, in its norms.
-    real initial_field: "1" = 0.05 in [1e-9, 1e3];
+    real initial_field: "1" = 0.05 in [0.0, 1e3];
     /// The same of the magnetometer's delay.
-    real initial_delay: "s" = 0.01 in [0.0, 1.0];
+    real initial_delay: "s" = 0.015 in [0.0, 1.0];
     /// Delay of all sensors behind the attitude that is wanted, by which the output is turned ahead.
     real latency: "s" = 0.0 in [-1.0, 1.0];
     /// Gravity g where the sensor is.
@@ -232,8 +232,9 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         let longest = S::of(LONGEST_INTERVAL);
         self.acc_interval = (self.acc_interval + dt).min(longest);
         let acc = &sample.acc;
+        self.flags.acc_rejected = S::Mask::splat(false);
         if acc.valid.any() {
-            self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
+            self.flags.acc_rejected = self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
         }
         let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
         let rests = self.rest.step((sample.gyr, dt), (acc.value, acc.valid, self.acc_interval), &limits);
@@ -254,6 +255,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.end_block(ends);
         }
         self.flags.mag_rejected = self.reference.rejects();
+        self.flags.recovering = self.flags.mag_rejected & self.reference.recovers(self.params.mag_new_time);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn gyr_bias(&self) -> Vec3<S> {
@@ -261,7 +263,9 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.flags.acc_rejected;
         flags.mag_rejected = self.flags.mag_rejected;
+        flags.recovering = self.flags.recovering;
         flags.rest = self.flags.rest;
     }
     fn output(&self, index: usize, put: &mut impl FnMut(S)) {

@@ -115,11 +115,13 @@ impl<S: Scalar> Transition<S> {
         // What the specific force was where nothing is known of it: gravity, give or take as much.
         let unknown = (dt - block.force_time).max(S::zero()).min(S::of(1.0)) * params.gravity;
         let lost = S::one() - square(self.kept);
+        // What is known exactly at the start does not wander.
+        let wandering = |initial: S, noise: S| S::select(S::zero().lt(initial), square(noise) * dt, S::zero());
         let noises = [
             (THETA, square(params.gyr_noise) * dt + turning2 + block.slip),
-            (BIAS, square(params.bias_noise) * dt),
+            (BIAS, wandering(params.initial_bias, params.bias_noise)),
             (VELOCITY, square(params.velocity_noise) * dt + square(unknown)),
-            (IRON, square(params.hard_iron_noise) * dt),
+            (IRON, wandering(params.initial_hard_iron, params.hard_iron_noise)),
             (DISTURBANCE, square(params.disturbance) * lost),
         ];
         for (start, noise) in noises {

@@ -264,7 +264,7 @@ pub fn initial_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
         ACC_BIAS..GRAVITY => params.initial_acc_bias,
         GRAVITY => params.initial_gravity,
         IRON..DISTURBANCE => params.initial_hard_iron,
-        DISTURBANCE..HORIZONTAL => params.initial_disturbance,
+        DISTURBANCE..HORIZONTAL => params.disturbance,
         HORIZONTAL | VERTICAL => params.initial_field,
         _ => params.initial_delay,
     };
@@ -279,7 +279,6 @@ fn largest_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
         THETA | TURN => S::of(UNKNOWN_ANGLE),
         VELOCITY => initial + params.velocity * params.velocity,
         IRON => initial.max(params.largest_hard_iron * params.largest_hard_iron),
-        DISTURBANCE => initial.max(params.disturbance * params.disturbance),
         _ => initial,
     }
 }
