@@ -46,6 +46,11 @@ fn off(state: &State<f64>, i: usize, by: f64) -> State<f64> {
         let mut turn = [0.0; 3];
         turn[i] = 0.5 * by;
         state.q = exp_half(Vec3::of(turn)) * state.q;
+        if i == TURN {
+            // The velocity turns with the heading.
+            let v = state.velocity();
+            (state.mean[VELOCITY], state.mean[VELOCITY + 1]) = (v.x - by * v.y, v.y + by * v.x);
+        }
     } else {
         state.mean[i] += by;
     }
@@ -102,6 +107,11 @@ fn the_transition_is_the_derivative_of_a_block() {
         }
         for k in BIAS..N {
             derivative[k] = (other.mean[k] - mean.mean[k]) / small;
+        }
+        if i == TURN {
+            let v = mean.velocity();
+            derivative[VELOCITY] += v.y;
+            derivative[VELOCITY + 1] -= v.x;
         }
         for k in 0..N {
             // Left out: what bias and matrix do to the velocity within a block, by way of the attitude: at most

@@ -15,7 +15,8 @@ use crate::trig::one_minus_exp;
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
     gyroscope: [[S; 12]; 3],
-    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt.
+    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt. The turn about the
+    /// vertical turns the velocity too, so that its error is not one of the velocity, and cannot be taken for one.
     tilt: Square<S, 3>,
     acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
@@ -49,7 +50,8 @@ impl<S: Scalar> Transition<S> {
         let pushed = rows(block.force_turn);
         Transition {
             gyroscope,
-            tilt: Square::<S, 3>::from([[zero, -z, y], [z, zero, -x], [-y, x, zero]]),
+            // Column after column.
+            tilt: Square::<S, 3>::from([[zero, -z, y], [z, zero, -x], [zero; 3]]),
             acc_bias: filled(|i, j| masked(-pushed[(i, j)])),
             fall: masked(-block.force_time),
             kept: S::one() - masked(one_minus_exp(block.time / params.disturbance_time)),
