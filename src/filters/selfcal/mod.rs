@@ -309,6 +309,11 @@ impl<S: Scalar> SelfCalKF<S> {
         &self.state
     }
 
+    /// One over the norm of the first field: what the states of the field are multiples of it by; zero before there was one.
+    pub fn field_scale(&self) -> S {
+        self.reference.scale
+    }
+
     /// True where the output is turned ahead.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn is_late(&self) -> bool {
