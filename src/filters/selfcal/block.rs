@@ -37,15 +37,26 @@ pub struct Block<S> {
     pub gyr: Vec3<S>,
     /// The time at rest.
     pub rest: S,
-    /// The specific force: Σ R (a − b̂_a) dt, Σ R dt, and the time that it stands for.
+    /// The specific force, Σ R (a − b̂_a) dt.
     pub force: Vec3<S>,
+    /// Σ R dt over its samples.
     pub force_turn: Matrix3<S>,
+    /// The time that they stand for.
     pub force_time: S,
-    /// The field, its change with the magnetometer's delay, and the rotation: sums over its samples, and their number.
+    /// The field, Σ R m, each as it was a delay before.
     pub field: Vec3<S>,
+    /// Its change with the delay.
     pub field_change: Vec3<S>,
+    /// Σ R over its samples.
     pub field_turn: Matrix3<S>,
+    /// Their number.
     pub fields: S,
+}
+
+impl<S: Scalar> Default for Block<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Block<S> {
@@ -151,7 +162,9 @@ impl<S: Scalar> Block<S> {
                 visit(value);
             }
         }
-        for value in [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields] {
+        for value in
+            [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields]
+        {
             visit(value);
         }
     }
@@ -166,6 +179,12 @@ pub struct Steps<S> {
     known: S,
     /// The usual step in s.
     usual: S,
+}
+
+impl<S: Scalar> Default for Steps<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Steps<S> {

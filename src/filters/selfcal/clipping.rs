@@ -1,6 +1,6 @@
 //! Where an axis of the gyroscope is at the end of its range.
 
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::Scalar;
 use crate::so3::Vec3;
 
 /// A reading counts as at the range from this share of it on.
@@ -48,6 +48,12 @@ pub struct Clipping<S> {
 
 /// What of a rate is clipped: for each axis the variance in rad² that the step adds to the angle, zero where it is not.
 pub type Clipped<S> = Vec3<S>;
+
+impl<S: Scalar> Default for Clipping<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl<S: Scalar> Clipping<S> {
     /// Before the first sample.

@@ -40,12 +40,19 @@ pub struct Reference<S> {
     /// The mean field of the start, and the weight that it is of.
     sum: Vec3<S>,
     count: S,
-    /// The deviation of the field, low-pass filtered, and the weight of the last block.
+    /// The deviation of the field, low-pass filtered.
     deviation: S,
+    /// The weight of the last block.
     pub weight: S,
     /// A field (earth frame) that may be a new reference, and how long it has been the same while the sensor turned.
     candidate: Vec3<S>,
     turned: S,
+}
+
+impl<S: Scalar> Default for Reference<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Reference<S> {
@@ -91,7 +98,14 @@ impl<S: Scalar> Reference<S> {
     /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that
     /// is over.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn settle(&mut self, lanes: S::Mask, state: &mut State<S>, field: Vec3<S>, dt: S, params: &Params<S>) -> S::Mask {
+    pub fn settle(
+        &mut self,
+        lanes: S::Mask,
+        state: &mut State<S>,
+        field: Vec3<S>,
+        dt: S,
+        params: &Params<S>,
+    ) -> S::Mask {
         let done = S::of(0.5).lt(self.settled);
         let going = lanes & !done;
         if going.any() {
