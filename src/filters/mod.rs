@@ -47,6 +47,7 @@ registry! { $
     dcm_imu::DcmImu,
     mekf::MEKF,
     vqf::VQF,
+    selfcal::SelfCalKF,
     basic_vqf::BasicVQF,
     fusion::Fusion,
 }
