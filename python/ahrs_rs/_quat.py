@@ -45,6 +45,13 @@ def log(q: FloatArray) -> FloatArray:
     return vector
 
 
+def exp(vector: FloatArray) -> FloatArray:
+    """Unit quaternions (..., 4) of rotation vectors (..., 3) in rad."""
+    half = 0.5 * np.linalg.norm(vector, axis=-1)
+    size = 0.5 * np.sinc(half / np.pi)  # sinc(x) = sin(πx)/(πx)
+    return columns(np.cos(half), *(size * part for part in np.moveaxis(vector, -1, 0)))
+
+
 def about_axis(axis: int, angle: FloatArray) -> FloatArray:
     """Unit quaternions of rotations by `angle` (rad) about the axis 0, 1 or 2 (x, y, z)."""
     q = np.zeros((*np.shape(angle), 4))

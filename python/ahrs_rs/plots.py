@@ -91,11 +91,10 @@ class ErrorPanel:
         """Mean time between two points, s."""
         return float(self.t[-1] - self.t[0]) / max(len(self.t) - 1, 1)
 
-    def add(self, label: str, quat: ArrayLike) -> None:
-        """Errors of the orientations (T, 4)."""
-        self.curves[label] = {
-            name: self._thinned(error(quat, self._ref, degrees=True)) for name, error in ERRORS.items()
-        }
+    def add(self, label: str, quat: ArrayLike, ref: ArrayLike | None = None) -> None:
+        """Errors of the orientations (T, 4) against another reference (T, 4) where one is given."""
+        truth = self._ref if ref is None else ref
+        self.curves[label] = {name: self._thinned(error(quat, truth, degrees=True)) for name, error in ERRORS.items()}
 
     def _thinned(self, error: FloatArray) -> FloatArray:
         known = ~np.isnan(error)

@@ -1,10 +1,10 @@
 //! BasicVQF, the orientation part of VQF alone.
 
-use super::kalman::saturated;
+use super::delay::{LONGEST_DELAY, caught_up};
 use super::vqf::heading::{Heading, has_heading};
 use super::vqf::inclination::Inclination;
 use super::vqf::interval::Interval;
-use super::vqf::{DELTA, LARGEST_FIELD, QUAT6D, QUAT9D};
+use super::vqf::{DELTA, QUAT6D, QUAT9D, limited_field};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::signal::{Coefficients, Gain};
@@ -31,12 +31,16 @@ params! {
     real tau_acc: "s" = 3.0 in [0.0, 1e6];
     /// Time constant τ_mag of the heading's correction.
     real tau_mag: "s" = 9.0 in [0.0, 1e6];
+    /// How long after it is measured a magnetometer's sample comes, beside the gyroscope's: the field is turned into the
+    /// present sensor frame by the angular rate.
+    real mag_delay: "s" = 0.0 in [0.0, LONGEST_DELAY];
 }
 
 /// VQF without bias estimation, rest detection and magnetic disturbance rejection.
 #[derive(Clone, Debug)]
 pub struct BasicVQF<S: Scalar> {
     tau_mag: S,
+    mag_delay: S,
     // Variables.
     inclination: Inclination<S>,
     heading: Heading<S>,
@@ -57,6 +61,7 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
     fn new(params: &Params<S>) -> Self {
         BasicVQF {
             tau_mag: params.tau_mag,
+            mag_delay: params.mag_delay,
             inclination: Inclination::default(),
             heading: Heading::default(),
             acc_interval: Interval::default(),
@@ -94,7 +99,8 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
         self.level = self.inclination.attitude();
         let mag_interval = self.mag_interval.step(mag.valid, dt);
         if mag.valid.any() {
-            let field = self.level.rotate(saturated(mag.value, S::of(LARGEST_FIELD)));
+            let field = caught_up(limited_field(mag.value), sample.gyr, self.mag_delay);
+            let field = self.level.rotate(field);
             let lanes = mag.valid & has_heading(field);
             let weight = self.heading_gain.weight(lanes, mag_interval);
             self.heading.correct(lanes, field, weight, [mag_interval, self.tau_mag]);

@@ -2,6 +2,7 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
+use super::delay::{LONGEST_DELAY, caught_up};
 use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
@@ -94,6 +95,9 @@ params! {
     /// Gravity g where the sensor is.
     real gravity: "m/s²" = 9.80665 in [1e-3, 1e3];
     choice magnetometer: Use;
+    /// How long after it is measured a magnetometer's sample comes, beside the gyroscope's: the field is turned into the
+    /// present sensor frame by the angular rate.
+    real mag_delay: "s" = 0.0 in [0.0, LONGEST_DELAY];
 }
 
 /// Where the error's turn about the vertical and where the bias stand in the state: (tilt about east, about north,
@@ -194,7 +198,8 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
             self.use_acc(sample.acc.valid, r.apply(sample.acc.value));
         }
         if sample.mag.valid.any() {
-            self.use_mag(sample.mag.valid, r.apply(sample.mag.value));
+            let field = caught_up(sample.mag.value, sample.gyr - self.bias, self.params.mag_delay);
+            self.use_mag(sample.mag.valid, r.apply(field));
         }
         if self.flags.rest.any() {
             self.use_rest(sample.gyr, dt);

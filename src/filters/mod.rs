@@ -1,6 +1,7 @@
 //! The filters, one file each, and the registry from which everything that treats all filters is made.
 
 mod adaptive;
+pub mod delay;
 mod error_state;
 mod field;
 mod integration;

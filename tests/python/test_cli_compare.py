@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import ahrs_rs as ar
 from commands import DATA, Capture, error_of, needs_data, output_of, quat_of, saved
 from recordings import repoimu_rows, write_repoimu
+from signals import multiply, quats, random_turns
 
 
 @pytest.fixture
@@ -137,3 +139,58 @@ def test_run_reads_every_kind_of_real_recording(tmp_path: Path, capsys: Capture)
         path = min((Path(DATA) / folder).glob(f"*.{ending}"))
         output_of(capsys, "run", path, "--filter", "mahony", "-o", tmp_path / f"{folder}.npz")
         assert np.isfinite(quat_of(tmp_path / f"{folder}.npz")).all()
+
+
+def turned_stick(path: Path) -> Path:
+    """A recording whose reference stands in other frames."""
+    recording = ar.simulate.demo(30.0, 50.0)
+    assert recording.ref is not None
+    earth, sensor = quats(random_turns(2, 3))
+    turned = dataclasses.replace(recording, ref=multiply(multiply(earth, recording.ref), sensor))
+    return write_repoimu(path, repoimu_rows(turned))
+
+
+def test_align_takes_the_frames_of_the_reference_out_of_the_errors(tmp_path: Path, capsys: Capture) -> None:
+    pytest.importorskip("pyarrow")
+    file = turned_stick(tmp_path / "stick.csv")
+    argv = (file, "--filters", "vqf,tilt")
+    assert float(compare_rows(capsys, tmp_path, *argv)["VQF", ""]["total_deg"]) > 30.0
+    row = compare_rows(capsys, tmp_path, *argv, "--align", "--plot", tmp_path / "errors.png")["VQF", ""]
+    assert (tmp_path / "errors.png").stat().st_size > 0
+    recording = ar.read(file)
+    est = ar.VQF(rate=recording.rate).run(recording.gyr, recording.acc, recording.mag, t=recording.t)
+    assert recording.ref is not None
+    found = ar.metrics.align(est.quat, recording.ref, recording.mask, t=recording.t)
+    score = ar.metrics.score(*found.pair(est.quat, recording.ref), recording.mask)
+    assert float(row["total_deg"]) == score.total
+    assert float(row["heading_deg"]) == score.heading
+    assert float(row["inclination_deg"]) == score.inclination
+    shown = output_of(capsys, "compare", *argv, "--align")
+    assert "(one file, aligned)" in shown
+    assert "is not the earth frame" not in shown
+    shown = output_of(capsys, "run", file, "--filter", "vqf", "--align")
+    assert f"total {score.total:.2f}°" in shown
+    assert "in ENU, aligned)" in shown
+
+
+def test_only_the_parts_that_were_asked_for_are_aligned(tmp_path: Path, capsys: Capture) -> None:
+    pytest.importorskip("pyarrow")
+    file = turned_stick(tmp_path / "stick.csv")
+    rows = [
+        float(compare_rows(capsys, tmp_path, file, "--filters", "vqf", *options)["VQF", ""]["total_deg"])
+        for options in (("--align",), ("--align-parts", "earth,sensor"), ("--align-parts", "Heading, time"))
+    ]
+    assert rows[0] <= rows[1] * (1 + 1e-9)
+    assert rows[2] > 10 * rows[1]
+    for parts in ("", "sensor,north", "earth,heading"):
+        shown = error_of(capsys, "compare", file, "--align-parts", parts)
+        assert shown == f"--align-parts: expected some of earth or heading, sensor, time, got {parts!r}"
+
+
+def test_what_cannot_be_aligned_is_said(tmp_path: Path, capsys: Capture) -> None:
+    still = ar.simulate.scenario("static", duration=20.0)
+    assert still.ref is not None
+    still.save(tmp_path / "still.npz")
+    shown = output_of(capsys, "compare", tmp_path / "still.npz", "--filters", "vqf", "--align")
+    assert "note: aligned without an offset of the clocks, which was not found: still.npz" in shown
+    assert "note: the motion does not determine the rotation of the sensor frame" in shown

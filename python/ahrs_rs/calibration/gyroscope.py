@@ -248,15 +248,8 @@ def _windows_error(
             turned = _quat.rotate(_quat.conjugate(after), np.broadcast_to(unit, centred.shape)) * h
             jacobian[:, :, axis] += turned * centred[:, axis, None]
             jacobian[:, :, 3 + axis] -= turned * s[axis]
-        after = _quat.multiply(_exp(s * centred * h), after)
+        after = _quat.multiply(_quat.exp(s * centred * h), after)
     return _quat.log(_quat.multiply(_quat.conjugate(after), target)), jacobian
-
-
-def _exp(v: FloatArray) -> FloatArray:
-    """Unit quaternions of rotation vectors (..., 3)."""
-    half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
-    # sinc(x) = sin(πx)/(πx)
-    return np.concatenate((np.cos(half), 0.5 * np.sinc(half / np.pi) * v), axis=-1)
 
 
 def steps(count: int, rate: float | None, t: ArrayLike | None) -> FloatArray:

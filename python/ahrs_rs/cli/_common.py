@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io
+from ahrs_rs import io, metrics
 from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
@@ -191,6 +191,65 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_align(parser: argparse.ArgumentParser) -> None:
+    """Options of `Aligner`."""
+    parser.add_argument(
+        "--align",
+        action="store_true",
+        help="take constant rotations of the earth and the sensor frame and an offset of the clocks out of the errors "
+        "(least squares, for each file and filter)",
+    )
+    parser.add_argument(
+        "--align-parts",
+        metavar="NAMES",
+        help="only these of earth or heading, sensor, time, like --align-parts heading,time",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Aligner:
+    """What of the alignment between an estimate and the reference does not count as an error."""
+
+    earth: str = "none"
+    sensor: bool = False
+    time: bool = False
+
+    @classmethod
+    def of(cls, args: argparse.Namespace) -> Aligner:
+        """As the arguments of `add_align` say."""
+        if args.align_parts is None:
+            return cls("full", True, True) if args.align else cls()
+        parts = {name.strip().lower() for name in args.align_parts.split(",") if name.strip()}
+        if not parts or not parts <= {"earth", "heading", "sensor", "time"} or parts >= {"earth", "heading"}:
+            raise CliError(f"--align-parts: expected some of earth or heading, sensor, time, got {args.align_parts!r}")
+        earth = "full" if "earth" in parts else "heading" if "heading" in parts else "none"
+        return cls(earth, "sensor" in parts, "time" in parts)
+
+    def __bool__(self) -> bool:
+        return self.sensor or self.time or self.earth != "none"
+
+    def pair(self, quat: NDArray[Any], recording: Recording) -> tuple[NDArray[Any], NDArray[np.float64], list[str]]:
+        """Estimate and reference as they are to be compared, and what must be known of their alignment."""
+        assert recording.ref is not None
+        if not self:
+            return quat, recording.ref, []
+        times: dict[str, Any] = {"mask": recording.mask, "t": recording.t, "check": False}
+        lines = []
+        try:
+            found = metrics.align(quat, recording.ref, earth=self.earth, sensor=self.sensor, time=self.time, **times)
+        except ValueError as error:
+            if not self.time:
+                raise CliError(f"--align: {error}") from None
+            lines.append("aligned without an offset of the clocks, which was not found")
+            found = metrics.align(quat, recording.ref, earth=self.earth, sensor=self.sensor, time=False, **times)
+        if not found.determined:
+            lines.append("the motion does not determine the rotation of the sensor frame; one that fits was taken")
+        return *found.pair(quat, recording.ref), lines
+
+
+UNALIGNED = Aligner()
+
+
 def finite(text: str) -> float:
     """A finite number, for argparse."""
     try:
@@ -242,7 +301,7 @@ def scored(recording: Recording) -> int:
     return int(np.count_nonzero(known if recording.mask is None else known & recording.mask))
 
 
-def notes(recording: Recording, settings: Settings) -> list[str]:
+def notes(recording: Recording, settings: Settings, aligner: Aligner = UNALIGNED) -> list[str]:
     """What must be known to judge the errors of the recording's estimates."""
     found = []
     assumed = recording.meta.get("assumed_units")
@@ -251,8 +310,8 @@ def notes(recording: Recording, settings: Settings) -> list[str]:
         found.append(f"no unit is stated, taken as {units}")
     if scored(recording):
         frame = recording.meta.get("ref_frame")
-        if frame is not None and frame not in FRAMES:
+        if frame is not None and frame not in FRAMES and aligner.earth == "none":
             found.append(f"the reference frame is not the earth frame ({frame}): the errors hold a constant rotation")
-        elif magnetometer(recording, settings) is None:
+        elif magnetometer(recording, settings) is None and aligner.earth == "none":
             found.append("without a magnetometer the heading is relative to the start, and so are its errors")
     return found

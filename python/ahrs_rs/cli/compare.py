@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ahrs_rs import io, metrics, plots
 from ahrs_rs._progress import progress_bar
 from ahrs_rs.cli import _common, calibrate
-from ahrs_rs.cli._common import Choice, CliError, Commands, Settings
+from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
@@ -32,6 +32,7 @@ EPILOG = """\
 The errors are root-mean-square, in degrees, over the samples that have a reference and count (mask).
 
   ahrs-rs compare trials/*.hdf5 --plot errors.png
+  ahrs-rs compare TStick*.csv --filters vqf,mekf --align
   ahrs-rs compare walk.csv --filters madgwick,mahony --set madgwick.beta=0.08 --csv table.csv
 """
 
@@ -60,6 +61,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--per-file", action="store_true", help="a row for every file too")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the errors over time (png, pdf, svg)")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the table")
+    _common.add_align(parser)
     _common.add_reading(parser)
     calibrate.add_option(parser)
     _common.add_settings(parser)
@@ -73,7 +75,7 @@ def compare(args: argparse.Namespace) -> int:
         if not path.exists():
             raise CliError(f"{path}: no such file")
     paths = list(dict.fromkeys(args.files))
-    comparison = Comparison(choices, Settings.of(args), plot=args.plot is not None)
+    comparison = Comparison(choices, Settings.of(args), Aligner.of(args), plot=args.plot is not None)
     calibrations = calibrate.given(args)
 
     def recordings() -> Iterator[tuple[str, Recording]]:
@@ -93,7 +95,7 @@ def compare(args: argparse.Namespace) -> int:
         write_csv(args.csv, rows)
     if args.plot is not None:
         plots.save(comparison.figure(), args.plot)
-    print(table(rows, count))
+    print(table(rows, count, aligned=bool(comparison.aligner)))
     _print_end(args, comparison, count)
     return 0
 
@@ -181,7 +183,6 @@ class _Job:
 
     name: str
     recording: Recording
-    ref: NDArray[np.float64]
     panel: plots.ErrorPanel | None
     choice: Choice
 
@@ -189,9 +190,12 @@ class _Job:
 class Comparison:
     """Several filters on several recordings: results, notes for the reader, and the curves to be drawn."""
 
-    def __init__(self, choices: Sequence[Choice], settings: Settings, *, plot: bool) -> None:
+    def __init__(
+        self, choices: Sequence[Choice], settings: Settings, aligner: Aligner = _common.UNALIGNED, *, plot: bool
+    ) -> None:
         self.choices = list(choices)
         self.settings = settings
+        self.aligner = aligner
         self.plot = plot
         self.results: list[Result] = []
         self.notes: dict[str, list[str]] = {}
@@ -201,32 +205,31 @@ class Comparison:
         """Run all filters on `count` named recordings; one without a reference is skipped, with a note."""
         jobs = progress_bar(self._jobs(recordings), total=count * len(self.choices), unit="run")
         for job in jobs:
-            result, quat = self._evaluate(job)
+            result, quat, ref = self._evaluate(job)
             self.results.append(result)
             if job.panel is not None:
-                job.panel.add(job.choice.label, quat)
+                job.panel.add(job.choice.label, quat, ref)
 
     def _jobs(self, recordings: Iterable[tuple[str, Recording]]) -> Iterator[_Job]:
         for name, recording in recordings:
-            ref = recording.ref
-            if ref is None or not _common.scored(recording):
-                lack = "no reference" if ref is None else "no reference at any sample that counts"
+            if not _common.scored(recording):
+                lack = "no reference" if recording.ref is None else "no reference at any sample that counts"
                 self.notes.setdefault(f"skipped, {lack}", []).append(name)
                 continue
-            for note in _common.notes(recording, self.settings):
+            for note in _common.notes(recording, self.settings, self.aligner):
                 self.notes.setdefault(note, []).append(name)
             panel = None
             if self.plot and len(self.panels) < PANELS:
                 panel = plots.ErrorPanel(recording, name)
                 self.panels.append(panel)
             for choice in self.choices:
-                yield _Job(name, recording, ref, panel, choice)
+                yield _Job(name, recording, panel, choice)
 
     def note_lines(self) -> list[str]:
         """What must be known to judge the results, with the names of the files that it is about."""
         return [f"{note}: {', '.join(names)}" for note, names in self.notes.items()]
 
-    def _evaluate(self, job: _Job) -> tuple[Result, NDArray[Any]]:
+    def _evaluate(self, job: _Job) -> tuple[Result, NDArray[Any], NDArray[np.float64]]:
         recording = job.recording
         mag = _common.magnetometer(recording, self.settings)
         f = job.choice.make(recording.rate, self.settings, _common.score_frame(recording, self.settings))
@@ -235,7 +238,11 @@ class Comparison:
             begin = time.perf_counter_ns()
             est = f.run(recording.gyr, recording.acc, mag, t=recording.t, threads=1)
             times.append(time.perf_counter_ns() - begin)
-        errors = metrics.score(est.quat, job.ref, recording.mask)
+        quat, ref, said = self.aligner.pair(est.quat, recording)
+        for note in said:
+            about = self.notes.setdefault(note, [])
+            about += [] if job.name in about else [job.name]
+        errors = metrics.score(quat, ref, recording.mask)
         result = Result(
             filter=f.NAME,
             parameters=job.choice.changes,
@@ -247,7 +254,7 @@ class Comparison:
             inclination_deg=float(errors.inclination),
             ns_per_sample=min(times) / len(recording),
         )
-        return result, est.quat
+        return result, quat, ref
 
     def means(self) -> list[Result]:
         """A row for every filter, the smallest total error first: errors are means over the files."""
@@ -280,9 +287,9 @@ class Comparison:
         return plots.draw(self.panels, [f"{row.filter} {row.parameters}".rstrip() for row in self.means()])
 
 
-def table(rows: Sequence[Result], files: int) -> str:
+def table(rows: Sequence[Result], files: int, *, aligned: bool = False) -> str:
     """The results as text."""
-    over = f"mean over {files} files" if files > 1 else "one file"
+    over = (f"mean over {files} files" if files > 1 else "one file") + (", aligned" if aligned else "")
     lines = [f"RMSE in degrees ({over}); time: the best of {REPEATS} runs, one thread", ""]
     with_file = any(row.file for row in rows)
     head = ["filter", *(["file"] if with_file else []), "sensors"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ahrs_rs import io, metrics
 from ahrs_rs.cli import _common, calibrate
-from ahrs_rs.cli._common import Choice, CliError, Commands, Settings
+from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.io import write_estimate
 from ahrs_rs.io._common import require
@@ -57,6 +57,7 @@ def add_parser(commands: Commands) -> None:
         metavar="FILE",
         help=f"write the orientations ({endings}); without it: summary only",
     )
+    _common.add_align(parser)
     _common.add_reading(parser)
     calibrate.add_option(parser)
     _common.add_settings(parser)
@@ -64,7 +65,7 @@ def add_parser(commands: Commands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The command."""
-    settings = Settings.of(args)
+    settings, aligner = Settings.of(args), Aligner.of(args)
     choice = _common.choose(_common.find_filter(args.filter), args.preset, _common.assignments(args.set))
     if args.output is not None:
         _check_output(args.output, args.file)
@@ -72,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     recording = io.read(args.file, format=args.format, rate=args.rate)
     recording, said = calibrate.applied(calibrations, recording)
     est = _estimate(choice, recording, settings)
-    lines = _summary(choice, recording, settings, est)
+    lines = _summary(choice, recording, settings, aligner, est)
     lines += [("note", note) for note in said]
     if args.output is not None:
         write_estimate(args.output, est.t, est.quat, est.gyr_bias, est.status)
@@ -95,7 +96,9 @@ def _estimate(choice: Choice, recording: Recording, settings: Settings, frame: s
     return f.run(recording.gyr, recording.acc, _common.magnetometer(recording, settings), t=recording.t)
 
 
-def _summary(choice: Choice, recording: Recording, settings: Settings, est: Estimate) -> list[tuple[str, str]]:
+def _summary(
+    choice: Choice, recording: Recording, settings: Settings, aligner: Aligner, est: Estimate
+) -> list[tuple[str, str]]:
     sensors = [name for name in ("gyr", "acc", "mag", "ref") if getattr(recording, name) is not None]
     lines = [
         ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(sensors)})"),
@@ -110,10 +113,13 @@ def _summary(choice: Choice, recording: Recording, settings: Settings, est: Esti
         frame = _common.score_frame(recording, settings)
         if frame != settings.frame:
             est = _estimate(choice, recording, settings, frame)
-        errors = metrics.score(est.quat, recording.ref, recording.mask)
+        quat, ref, said = aligner.pair(est.quat, recording)
+        errors = metrics.score(quat, ref, recording.mask)
         parts = f"total {errors.total:.2f}°, heading {errors.heading:.2f}°, inclination {errors.inclination:.2f}°"
-        lines.append(("RMSE", f"{parts} (over {count} samples with a reference, in {frame})"))
-    lines += [("note", note) for note in _common.notes(recording, settings)]
+        how = f"in {frame}, aligned" if aligner else f"in {frame}"
+        lines.append(("RMSE", f"{parts} (over {count} samples with a reference, {how})"))
+        lines += [("note", note) for note in said]
+    lines += [("note", note) for note in _common.notes(recording, settings, aligner)]
     return lines
 
 

@@ -9,11 +9,14 @@ is exact to rounding at every angle (an arc cosine has an error of 1e-8 near zer
 The numbers (`rmse`, `mae`, `mad`, ...) are taken along the last axis of errors (..., T) of any unit, over the samples
 of a mask, without the NaN ones; they are NaN where no sample is left.
 
+`align` finds constant rotations of both frames and an offset of the clocks between an estimate and a reference.
+
 Sources: BROAD (Laidig, Caruso, Cereatti, Seel, Data 6(7):72, 2021) for total, heading and inclination error;
 Huynh, "Metrics for 3D rotations: comparison and analysis", J. Math. Imaging and Vision 35:155-164, 2009, for
 the distances; Yin et al., IEEE Signal Processing Letters 22(11), 2015, for `imre`.
 """
 
+from ahrs_rs.metrics._align import Alignment, align
 from ahrs_rs.metrics._orientation import (
     Score,
     StaticDynamic,
@@ -33,9 +36,11 @@ from ahrs_rs.metrics._orientation import (
 from ahrs_rs.metrics._statistics import Box, box, gae, imre, mad, mae, mape, rmse
 
 __all__ = [
+    "Alignment",
     "Box",
     "Score",
     "StaticDynamic",
+    "align",
     "box",
     "chordal_distance",
     "error_angles",

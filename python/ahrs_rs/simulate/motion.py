@@ -214,9 +214,11 @@ class SplineMotion(_Carried):
         for _ in range(SPLINE_ROUNDS):
             control = np.concatenate((inner[1:2], inner, inner[-2:-1]))  # mirrored: no rate at the ends
             turn = _quat.log(_quat.multiply(_quat.conjugate(control[:-1]), control[1:]))
-            at = _quat.multiply(control[:-2], _quat.multiply(exp(5.0 / 6.0 * turn[:-1]), exp(turn[1:] / 6.0)))
+            at = _quat.multiply(
+                control[:-2], _quat.multiply(_quat.exp(5.0 / 6.0 * turn[:-1]), _quat.exp(turn[1:] / 6.0))
+            )
             missing = _quat.log(_quat.multiply(_quat.conjugate(at), through))
-            inner = _quat.multiply(inner, exp(1.5 * missing))
+            inner = _quat.multiply(inner, _quat.exp(1.5 * missing))
             inner = inner / np.linalg.norm(inner, axis=1, keepdims=True)
         if not np.abs(missing).max() < 1e-9:
             raise ValueError("orientations: the turns between way points are too large for a spline; give more of them")
@@ -231,7 +233,7 @@ class SplineMotion(_Carried):
         """The spline from the identity on, which turns by each of the rotation vectors (n - 1, 3) in rad in turn."""
         q = np.array([1.0, 0.0, 0.0, 0.0])
         orientations = [q]
-        for turn in exp(np.asarray(turns, dtype=np.float64)):
+        for turn in _quat.exp(np.asarray(turns, dtype=np.float64)):
             q = _quat.multiply(q, turn)
             orientations.append(q)
         return cls.through(np.array(orientations), interval, path)
@@ -351,13 +353,6 @@ def from_euler(angles: FloatArray) -> FloatArray:
     (cx, cy, cz), (sx, sy, sz) = np.cos(half), np.sin(half)
     w, x, y, z = cz * cy, -sz * sy, cz * sy, sz * cy
     return _quat.columns(w * cx - x * sx, w * sx + x * cx, y * cx + z * sx, z * cx - y * sx)
-
-
-def exp(vector: FloatArray) -> FloatArray:
-    """Unit quaternions (..., 4) of rotation vectors (..., 3) in rad."""
-    half = 0.5 * np.linalg.norm(vector, axis=-1)
-    size = 0.5 * np.sinc(half / np.pi)
-    return _quat.columns(np.cos(half), *(size * part for part in np.moveaxis(vector, -1, 0)))
 
 
 def _tilt(axis: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ use self::inclination::Inclination;
 use self::interval::Interval;
 use self::magnetic::Magnetic;
 use self::rest::Rest;
+use super::delay::{LONGEST_DELAY, caught_up};
 use super::kalman::saturated;
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Scalar};
@@ -129,6 +130,9 @@ params! {
     real mag_max_rejection_time: "s" = 60.0 in [0.0, 1e6];
     /// How much less, and how fast the time of rejection is won back in an undisturbed field.
     real mag_rejection_factor: "1" = 2.0 in [1.0, 1e6];
+    /// How long after it is measured a magnetometer's sample comes, beside the gyroscope's: the field is turned into the
+    /// present sensor frame by the angular rate.
+    real mag_delay: "s" = 0.0 in [0.0, LONGEST_DELAY];
 }
 
 /// The largest field that is used, in µT.
@@ -256,7 +260,9 @@ impl<S: Scalar> Filter<S> for VQF<S> {
 
         let mag_interval = self.mag_interval.step(mag.valid, dt);
         if mag.valid.any() {
-            self.correct_heading(mag.valid, r.apply(limited_field(mag.value)), mag_interval);
+            let rate = sample.gyr - self.bias.value();
+            let field = caught_up(limited_field(mag.value), rate, self.params.mag_delay);
+            self.correct_heading(mag.valid, r.apply(field), mag_interval);
         } else {
             self.magnetic.nothing_came();
         }

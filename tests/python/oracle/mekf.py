@@ -30,7 +30,7 @@ from .kalman import (
     skew,
     triple,
 )
-from .so3 import IDENTITY, Quat, Vec3, exp_half, multiply, normalize, wrap
+from .so3 import IDENTITY, Quat, Vec3, before, exp_half, multiply, normalize, wrap
 
 MAGNETOMETERS = ("heading", "vector")
 #: Longest time (s) that one measurement stands for.
@@ -73,6 +73,7 @@ class MEKF:
         initial_bias: float = 0.05,
         gravity: float = 9.80665,
         magnetometer: str = "heading",
+        mag_delay: float = 0.0,
     ) -> None:
         if magnetometer not in MAGNETOMETERS:
             raise ValueError(f"magnetometer: expected one of {MAGNETOMETERS}, got {magnetometer!r}")
@@ -86,6 +87,7 @@ class MEKF:
         self.initial = (initial_inclination**2, initial_inclination**2, initial_heading**2)
         self.initial_bias = initial_bias
         self.g = gravity
+        self.mag_delay = mag_delay
         self.vector = magnetometer == "vector"
         self.q = IDENTITY
         self.b = np.zeros(3)
@@ -144,7 +146,8 @@ class MEKF:
         if acc is not None:
             x = self._acc_update(x, r @ np.array(acc))
         if mag is not None:
-            x = self._mag_update(x, r @ np.array(mag))
+            past = rotation(before(self.q, triple(np.array(gyr) - self.b), self.mag_delay))
+            x = self._mag_update(x, past @ np.array(mag))
         if resting:
             x = self._rest_update(x, np.array(gyr), dt)
         self._inject(x)

@@ -48,6 +48,12 @@ def rotate_inverse(q: Quat, v: Vec3) -> Vec3:
     return rotate(conjugate(q), v)
 
 
+def before(q: Quat, rate: Vec3, time: float) -> Quat:
+    """The attitude a time (s) ago, from which a constant rate has led to q."""
+    x, y, z = (-0.5 * time * one for one in rate)
+    return multiply(q, exp_half((x, y, z)))
+
+
 def matrix(q: Quat) -> tuple[Vec3, Vec3, Vec3]:
     """Rotation matrix R(q) as three rows, v_earth = R v_sensor: its columns are the turned sensor axes."""
     c1, c2, c3 = (rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))

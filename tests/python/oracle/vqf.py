@@ -7,7 +7,7 @@ import numpy as np
 
 from .gyro_integration import gyro_step
 from .low_pass import LowPass
-from .so3 import IDENTITY, Quat, Vec3, about_z, conjugate, multiply, normalize, rotate, shortest_to_z, unit
+from .so3 import IDENTITY, Quat, Vec3, about_z, before, conjugate, multiply, normalize, rotate, shortest_to_z, unit
 
 MAG_REJECTED, REST, RECOVERING = 16, 32, 128
 DEGREE = math.pi / 180
@@ -47,8 +47,8 @@ class BasicVQF:
     OUTPUTS: tuple[str, ...] = ("quat6d", "quat9d", "delta")
     starts_itself = True
 
-    def __init__(self, *, tau_acc: float = 3.0, tau_mag: float = 9.0) -> None:
-        self.tau_mag = tau_mag
+    def __init__(self, *, tau_acc: float = 3.0, tau_mag: float = 9.0, mag_delay: float = 0.0) -> None:
+        self.tau_mag, self.mag_delay = tau_mag, mag_delay
         self.gyr_quat = self.acc_quat = IDENTITY
         self.force = LowPass(tau_acc)
         self.delta = 0.0
@@ -86,7 +86,7 @@ class BasicVQF:
         if acc is not None:
             self.incline(acc, acc_interval)
         if mag is not None:
-            field = rotate(self.quat6d, mag)
+            field = rotate(before(self.quat6d, gyr, self.mag_delay), mag)
             if has_heading(field):
                 self.head(field, weight(self.tau_mag, mag_interval), mag_interval)
 
@@ -124,8 +124,8 @@ class VQF(BasicVQF):
         "mag_ref_dip",
     )
 
-    def __init__(self, *, tau_acc: float = 3.0, tau_mag: float = 9.0, **given: Any) -> None:
-        super().__init__(tau_acc=tau_acc, tau_mag=tau_mag)
+    def __init__(self, *, tau_acc: float = 3.0, tau_mag: float = 9.0, mag_delay: float = 0.0, **given: Any) -> None:
+        super().__init__(tau_acc=tau_acc, tau_mag=tau_mag, mag_delay=mag_delay)
         self.p = p = {
             "motion_bias_est_enabled": True,
             "rest_bias_est_enabled": True,
@@ -201,7 +201,10 @@ class VQF(BasicVQF):
             up = self.incline(acc, acc_interval)
             if p["motion_bias_est_enabled"] or p["rest_bias_est_enabled"]:
                 self.estimate_bias(up, acc_interval)
-        field = rotate(self.quat6d, mag) if mag is not None else None
+        field = None
+        if mag is not None:
+            rate = as_vec3(np.subtract(gyr, self.bias))
+            field = rotate(before(self.quat6d, rate, self.mag_delay), mag)
         if field is not None and has_heading(field):
             k = weight(self.tau_mag, mag_interval)
             if p["mag_dist_rejection_enabled"]:

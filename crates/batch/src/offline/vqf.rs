@@ -7,6 +7,7 @@
 use ahrs_rs::estimator::LONGEST_STEP;
 use ahrs_rs::filter::{Equivariance, Magnetometer, OutputSpec, Sample};
 use ahrs_rs::filters::VQF;
+use ahrs_rs::filters::delay::caught_up;
 use ahrs_rs::filters::vqf::bias::Estimate;
 use ahrs_rs::filters::vqf::heading::{Heading, angle, has_heading, turned};
 use ahrs_rs::filters::vqf::inclination::{corrected, seen_from};
@@ -162,7 +163,10 @@ impl<'a, S: Vector<Real = f64>> BothWays<'a, S> {
         (found, later): (&'a mut Passes, &'a mut Vec<Learnt>),
     ) -> Result<Self, ParamError> {
         let settings = Settings { gyr_hold: of.settings.gyr_hold, ..Settings::default() };
-        let estimator = Estimator::new(&Params::from_lanes(&[&of.values])?, settings);
+        // Seen from the end, a late reading is one that is ahead.
+        let mut params: Params<S> = Params::from_lanes(&[&of.values])?;
+        params.mag_delay = both(of.params.mag_delay, -of.params.mag_delay);
+        let estimator = Estimator::new(&params, settings);
         Ok(BothWays { estimator, series, steps, back, watch, found, later })
     }
 
@@ -250,11 +254,15 @@ impl Offline for OfflineVQF {
 
         // The heading of a field is that in the horizontal plane, which has to be known.
         let mag = if inclined { usable(series.mag.as_deref(), series.gyr.len()) } else { vec![None; series.gyr.len()] };
+        let delay = self.params.mag_delay;
+        let present = |field, (&rate, learnt): (&Vec3<f64>, &Learnt)| {
+            caught_up(limited_field(field), rate - learnt.bias.value, delay)
+        };
         let mut angles: Vec<_> = level
             .iter()
-            .zip(mag)
-            .map(|(level, field)| {
-                Some(level.rotate(limited_field(field?))).filter(|&field| has_heading(field)).map(angle)
+            .zip(mag.into_iter().zip(rates.iter().zip(&learnt)))
+            .map(|(level, (field, turning))| {
+                Some(level.rotate(present(field?, turning))).filter(|&field| has_heading(field)).map(angle)
             })
             .collect();
         let mut taken = vec![Taken::default(); angles.len()];
