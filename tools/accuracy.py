@@ -10,9 +10,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import ahrs_rs as ar
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import accuracy_selfcal
+from accuracy_scores import aligned_scores, row, scores
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "accuracy.md"
 
@@ -97,61 +100,19 @@ def parameter_sets() -> list[tuple[str, dict[str, Any]]]:
     return rows + [("Fusion", parameters) for parameters in FUSION]
 
 
-def estimate(name: str, keywords: dict[str, Any], recording: ar.Recording) -> np.ndarray:
-    """The orientations (T, 4) that a filter gives."""
-    cls = ar.FILTERS[name]
-    if "preset" in keywords:
-        f = cls.preset(keywords["preset"], rate=recording.rate)
-    else:
-        f = cls(rate=recording.rate, **keywords)
-    (estimated,) = ar.run_many(f, [recording])
-    return np.asarray(estimated.quat)
-
-
-def scores(name: str, keywords: dict[str, Any], recordings: list[ar.Recording]) -> np.ndarray:
-    """Total, heading and inclination error (N, 3), °."""
-    rows = []
-    for recording in recordings:
-        assert recording.ref is not None
-        score = ar.metrics.score(estimate(name, keywords, recording), recording.ref, recording.mask)
-        rows.append([score.total, score.heading, score.inclination])
-    return np.array(rows)
-
-
-def aligned_scores(
-    name: str, keywords: dict[str, Any], recordings: list[ar.Recording]
-) -> tuple[np.ndarray, list[ar.metrics.Alignment]]:
-    """The same after the best constant rotations and offset, and these."""
-    rows, found = [], []
-    for recording in recordings:
-        assert recording.ref is not None
-        quat = estimate(name, keywords, recording)
-        one = ar.metrics.align(quat, recording.ref, recording.mask, t=recording.t, check=False)
-        score = ar.metrics.score(*one.pair(quat, recording.ref), recording.mask)
-        rows.append([score.total, score.heading, score.inclination])
-        found.append(one)
-    return np.array(rows), found
-
-
-def repoimu(files: list[Path]) -> str:
+def repoimu(recordings: list[ar.Recording], names: list[str]) -> str:
     """The section on RepoIMU."""
-    recordings = [ar.read(file) for file in files]
-    names = [file.stem.replace("_", " ") for file in files]
     head = ["filter", *names, "total", "heading", "inclination"]
-    lines = [_row(head), _row(["---"] + ["---:"] * (len(head) - 1))]
+    lines = [row(head), row(["---"] + ["---:"] * (len(head) - 1))]
     lacking: set[str] = set()
     for name, cls in ar.FILTERS.items():
         if cls.MAGNETOMETER:
             rows, found = aligned_scores(name, {}, recordings)
             lacking |= {which for which, one in zip(names, found, strict=True) if not one.determined}
             numbers = [*rows[:, 0], *rows.mean(axis=0)]
-            lines.append(_row([name, *(f"{number:.2f}" for number in numbers)]))
+            lines.append(row([name, *(f"{number:.2f}" for number in numbers)]))
     shown = ", ".join(which for which in names if which in lacking) or "none of these"
-    return REPOIMU.format(count=len(files), lacking=shown) + "\n".join(lines) + "\n"
-
-
-def _row(cells: list[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    return REPOIMU.format(count=len(recordings), lacking=shown) + "\n".join(lines) + "\n"
 
 
 def main() -> int:
@@ -168,7 +129,11 @@ def main() -> int:
         lines.append(f"| {name} | {shown} | {total:.2f} | {heading:.2f} | {inclination:.2f} |")
     text = HEAD.format(count=len(files)) + "\n".join(lines) + "\n" + EXPLANATION
     others = sorted(Path(folder, "repoimu").glob("*.csv"))
-    text += repoimu(others) if others else ""
+    repo_recordings, repo_names = [ar.read(file) for file in others], [file.stem.replace("_", " ") for file in others]
+    if others:
+        text += repoimu(repo_recordings, repo_names)
+    broad_names = [file.stem[:2] for file in files]
+    text += accuracy_selfcal.sections(recordings, broad_names, repo_recordings, repo_names)
     DOCUMENT.write_text(text, encoding="utf-8")
     print(text)
     return 0
