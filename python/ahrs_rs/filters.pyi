@@ -314,6 +314,8 @@ class MEKF(Filter):
     def gravity(self) -> float: ...
     @property
     def magnetometer(self) -> str: ...
+    @property
+    def mag_delay(self) -> float: ...
     def __new__(
         cls,
         *,
@@ -337,6 +339,7 @@ class MEKF(Filter):
         initial_bias: float = 0.05,
         gravity: float = 9.80665,
         magnetometer: Literal["heading", "vector"] = "heading",
+        mag_delay: float = 0.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
@@ -394,6 +397,8 @@ class VQF(Filter):
     def mag_max_rejection_time(self) -> float: ...
     @property
     def mag_rejection_factor(self) -> float: ...
+    @property
+    def mag_delay(self) -> float: ...
     def __new__(
         cls,
         *,
@@ -423,6 +428,7 @@ class VQF(Filter):
         mag_min_undisturbed_time: float = 0.5,
         mag_max_rejection_time: float = 60.0,
         mag_rejection_factor: float = 2.0,
+        mag_delay: float = 0.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
@@ -434,12 +440,15 @@ class BasicVQF(Filter):
     def tau_acc(self) -> float: ...
     @property
     def tau_mag(self) -> float: ...
+    @property
+    def mag_delay(self) -> float: ...
     def __new__(
         cls,
         *,
         rate: float | None = None,
         tau_acc: float = 3.0,
         tau_mag: float = 9.0,
+        mag_delay: float = 0.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
@@ -535,6 +544,8 @@ class OfflineVQF(Filter):
     def mag_max_rejection_time(self) -> float: ...
     @property
     def mag_rejection_factor(self) -> float: ...
+    @property
+    def mag_delay(self) -> float: ...
     def __new__(
         cls,
         *,
@@ -564,6 +575,7 @@ class OfflineVQF(Filter):
         mag_min_undisturbed_time: float = 0.5,
         mag_max_rejection_time: float = 60.0,
         mag_rejection_factor: float = 2.0,
+        mag_delay: float = 0.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",

@@ -13,6 +13,7 @@ import ahrs_rs as ar
 from ahrs_rs.calibration import GRAVITY, Calibration, Calibrations, TemperatureCalibration
 from calibrated import FloatArray, directions, sensor
 from commands import Capture, error_of, output_of, quat_of, saved, simulated
+from late import late, noisy
 
 RATE = 100.0
 
@@ -165,6 +166,24 @@ def test_compare_takes_a_calibration_and_says_what_it_could_not_apply(tmp_path: 
     assert "calibrated, but not in the recording: mag: a.npz" in shown
 
 
+def test_a_magnetometers_delay_is_shown_for_every_recording_and_for_all(tmp_path: Path, capsys: Capture) -> None:
+    files = []
+    for seed in (0, 1):
+        files.append(tmp_path / f"{seed}.npz")
+        noisy(late(0.02, seed, duration=40.0), seed).save(files[-1])
+    files.append(saved(tmp_path / "short.npz"))
+    found = [ar.calibration.mag_delay(ar.read(file)) for file in files[:2]]
+    shown = output_of(capsys, "calibrate", "mag-delay", *files)
+    for one in found:
+        assert one.summary() in shown
+    assert "left out   mag: expected at least 10 windows of 1 s" in shown
+    weights = [one.standard_error**-2 for one in found]
+    mean = np.average([one.delay for one in found], weights=weights)
+    assert f"together   {1e3 * mean:.2f} ± {1e3 / math.sqrt(sum(weights)):.2f} ms" in shown
+    assert f"use        --set mag_delay={mean:.4f} (" in shown
+    assert "OfflineVQF" in shown.splitlines()[-1]
+
+
 def test_a_temperature_out_of_range_is_noted(tmp_path: Path, capsys: Capture) -> None:
     one = TemperatureCalibration(np.zeros(3), np.ones(3), np.zeros(3), np.zeros(3), range=(0.0, 10.0))
     one.save(tmp_path / "cal.json", "acc")
@@ -176,7 +195,10 @@ def test_a_temperature_out_of_range_is_noted(tmp_path: Path, capsys: Capture) ->
 
 #: Arguments, where words in capitals stand for paths, and what the error must say.
 MISTAKES = """
-calibrate => expected a sensor: mag, acc, gyr, or export
+calibrate => expected a sensor: mag, acc, gyr, mag-delay, or export
+calibrate mag-delay NOMAG => mag: the recording has no magnetometer
+calibrate mag-delay TURN => mag: expected at least 10 windows of 1 s with 8 readings, got 4
+calibrate mag-delay TURN NOMAG => none of the recordings determines the delay
 calibrate mag => the following arguments are required: FILE
 calibrate mag MISSING => missing.npz: no such file
 calibrate mag WALK => mag: the readings

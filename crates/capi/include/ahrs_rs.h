@@ -491,11 +491,13 @@ typedef union AhrsDcmImu {
  * - gravity (m/s², 9.80665 in [0.001, 1000.0]): Gravity g where the sensor is.
  * - magnetometer (0 heading, 1 vector): What of the field is used: its heading, or all of it (the inclination
  *   too).
+ * - mag_delay (s, 0.0 in [0.0, 1.0]): How long after it is measured a magnetometer's sample comes, beside the
+ *   gyroscope's: the field is turned into the present sensor frame by the angular rate.
  */
 extern const AhrsFilter ahrs_MEKF;
 typedef union AhrsMEKF {
   uint64_t aligned;
-  unsigned char bytes[464];
+  unsigned char bytes[472];
 } AhrsMEKF;
 
 /**
@@ -547,11 +549,13 @@ typedef union AhrsMEKF {
  *   it, it counts less.
  * - mag_rejection_factor (1, 2.0 in [1.0, 1000000.0]): How much less, and how fast the time of rejection is
  *   won back in an undisturbed field.
+ * - mag_delay (s, 0.0 in [0.0, 1.0]): How long after it is measured a magnetometer's sample comes, beside the
+ *   gyroscope's: the field is turned into the present sensor frame by the angular rate.
  */
 extern const AhrsFilter ahrs_VQF;
 typedef union AhrsVQF {
   uint64_t aligned;
-  unsigned char bytes[832];
+  unsigned char bytes[840];
 } AhrsVQF;
 
 /**
@@ -566,11 +570,13 @@ typedef union AhrsVQF {
  * - tau_acc (s, 3.0 in [0.0, 1000000.0]): Time constant τ_acc of the low-pass filter of the specific force:
  *   how long acceleration has to cancel out.
  * - tau_mag (s, 9.0 in [0.0, 1000000.0]): Time constant τ_mag of the heading's correction.
+ * - mag_delay (s, 0.0 in [0.0, 1.0]): How long after it is measured a magnetometer's sample comes, beside the
+ *   gyroscope's: the field is turned into the present sensor frame by the angular rate.
  */
 extern const AhrsFilter ahrs_BasicVQF;
 typedef union AhrsBasicVQF {
   uint64_t aligned;
-  unsigned char bytes[240];
+  unsigned char bytes[248];
 } AhrsBasicVQF;
 
 /**

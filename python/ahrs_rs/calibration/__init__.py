@@ -11,8 +11,8 @@ array([12., -3.,  5.])
 
 `magnetometer` and `accelerometer` fit the ellipsoid that readings in all directions lie on; `six_positions` an
 accelerometer that was held still; `gyroscope` bias and gain from rests and known turns; `two_temperatures` and the
-`warm_up_...` functions what changes with the temperature. `Calibrations` holds what is known of a sensor, applies it to
-recordings, and is saved as cal.json, as Rust and as a C header.
+`warm_up_...` functions what changes with the temperature; `mag_delay` how late a magnetometer is. `Calibrations` holds
+what is known of a sensor, applies it to recordings, and is saved as cal.json, as Rust and as a C header.
 """
 
 from ahrs_rs.calibration.allan import Allan, Coefficient, allan, allan_deviation
@@ -23,6 +23,7 @@ from ._common import GRAVITY, CalibrationError, CalibrationWarning
 from .ellipsoid import EllipsoidFit, accelerometer, ellipsoid, magnetometer
 from .file import Calibrations, load
 from .gyroscope import GyroscopeFit, Turn, gyroscope, gyroscope_from_reference
+from .mag_delay import MagDelay, mag_delay
 from .model import Calibration, TemperatureCalibration
 from .positions import PositionsFit, held_attitudes, six_positions
 from .temperature import two_temperatures, warm_up_accelerometer, warm_up_gyroscope
@@ -38,6 +39,7 @@ __all__ = [
     "EllipsoidFit",
     "GyroscopeBias",
     "GyroscopeFit",
+    "MagDelay",
     "Noise",
     "PositionsFit",
     "Rest",
@@ -54,6 +56,7 @@ __all__ = [
     "gyroscope_from_reference",
     "held_attitudes",
     "load",
+    "mag_delay",
     "magnetometer",
     "noise",
     "six_positions",

@@ -17,6 +17,7 @@ from ahrs_rs import calibration, io, plots
 from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
 from ahrs_rs.cli import _common
 from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ cal.json holds one or several sensors: calibrating another one adds it. `ahrs-rs
   ahrs-rs calibrate mag turned-in-all-directions.csv -o cal.json --plot
   ahrs-rs calibrate acc held-in-many-attitudes.csv -o cal.json
   ahrs-rs calibrate gyr turns.csv --turns x=360,y=360,z=360 -o cal.json
+  ahrs-rs calibrate mag-delay turned-quickly-to-and-fro.csv
   ahrs-rs calibrate export cal.json --rust calibration.rs --c-header calibration.h
 """
 
@@ -82,6 +84,15 @@ def add_parser(commands: Commands) -> None:
         help="the turns between the rests of the recording in their order, like x=360,y=-360,z=360",
     )
     how.add_argument("--reference", action="store_true", help="compare with the recording's reference orientation")
+    text = "how late the magnetometer is behind the gyroscope; turned quickly to and fro"
+    late = sensors.add_parser("mag-delay", help=text, description=text, allow_abbrev=False)
+    late.set_defaults(function=magnetometer_delay)
+    late.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings of one sensor, each on its own")
+    late.add_argument(
+        "--window", type=_common.positive, default=1.0, metavar="S", help="over which the field may have any slope, s"
+    )
+    _common.add_reading(late)
+    add_option(late)
     export = sensors.add_parser("export", help="cal.json as source code for firmware", allow_abbrev=False)
     export.set_defaults(function=write_sources)
     export.add_argument("file", type=Path, metavar="FILE", help="cal.json")
@@ -89,7 +100,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def _no_sensor(args: argparse.Namespace) -> int:
-    raise CliError("expected a sensor: mag, acc, gyr, or export (see ahrs-rs calibrate --help)")
+    raise CliError("expected a sensor: mag, acc, gyr, mag-delay, or export (see ahrs-rs calibrate --help)")
 
 
 def _sensor(
@@ -204,6 +215,36 @@ def gyroscope(args: argparse.Namespace) -> int:
         gain = f"gain {found.gain[k, k]:.6g} ± {found.gain_std[k, k]:.2g}, " if args.turns or args.reference else ""
         print(f"{axis}          {gain}bias {found.bias[k]:.6g} ± {found.bias_std[k]:.2g} rad/s")
     _write(args, found.calibration)
+    return 0
+
+
+def magnetometer_delay(args: argparse.Namespace) -> int:
+    """The command for the delay of a magnetometer: every file, and their mean by their standard errors."""
+    found: list[calibration.MagDelay] = []
+    lines: list[str] = []
+    calibrations = given(args)
+    for path, read in zip(args.files, _read(args), strict=True):
+        recording, said = applied(calibrations, read)
+        lines += [f"mag-delay  {path}", *(f"note       {note}" for note in said)]
+        try:
+            one = calibration.mag_delay(recording, window=args.window)
+        except CalibrationError as error:
+            if len(args.files) == 1:
+                raise
+            lines.append(f"left out   {error}")
+            continue
+        found.append(one)
+        lines.append(one.summary())
+    if not found:
+        raise CliError("none of the recordings determines the delay")
+    weight = np.array([one.standard_error**-2 for one in found])
+    delay = float(weight @ [one.delay for one in found] / weight.sum())
+    if len(found) > 1:
+        lines.append(f"together   {1e3 * delay:.2f} ± {1e3 / math.sqrt(weight.sum()):.2f} ms")
+    if delay > 0.0:
+        names = ", ".join(name for name, cls in FILTERS.items() if "mag_delay" in cls.PARAMS)
+        lines.append(f"use        --set mag_delay={delay:.4f} ({names})")
+    print("\n".join(lines))
     return 0
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _quat
+from ahrs_rs._attitudes import Attitudes
 from ahrs_rs.metrics._orientation import _unit
 from ahrs_rs.metrics._statistics import checked_mask
 
@@ -83,7 +84,7 @@ class Alignment:
             if times is None or quat.shape != (len(times), 4):
                 expected = "(T, 4)" if times is None else f"({len(times)}, 4)"
                 raise ValueError(f"q: expected shape {expected}, one for each time, got {quat.shape}")
-            quat, _ = _Motion(quat, times).at(times + self.time_offset)
+            quat, _ = Attitudes(quat, times).at(times + self.time_offset)
         return _quat.multiply(_quat.multiply(self.q_earth, quat), self.q_sensor)
 
     def pair(self, q: ArrayLike, ref: ArrayLike, *, t: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
@@ -158,7 +159,7 @@ def align(
     # Without stamps the rotations over 0.1 s are those over ten samples.
     times = _times(t, rate if given else 10.0 / SPAN, len(est))
 
-    problem = _Problem(_Motion(est, times), truth, counted, earth, sensor, time)
+    problem = _Problem(Attitudes(est, times), truth, counted, earth, sensor, time)
     offset = _first_offset(problem, largest_offset) if time else 0.0
     found, lacking = _refined(problem, _first_rotations(problem, offset), largest_offset)
     if lacking and check:
@@ -177,28 +178,9 @@ def align(
     )
 
 
-class _Motion:
-    """Attitudes over time, interpolated along the shortest rotations between samples."""
-
-    def __init__(self, quat: FloatArray, t: FloatArray) -> None:
-        self.quat, self.t = quat, t
-        self.turns = _quat.log(_quat.multiply(_quat.conjugate(quat[:-1]), quat[1:]))
-        step = np.diff(t)
-        self.step = np.where(step > 0.0, step, np.inf)
-
-    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Attitudes (n, 4), NaN outside of the samples, and angular rates (n, 3) in the sensor frame, rad/s."""
-        index = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 2)
-        part = (times - self.t[index]) / self.step[index]
-        turn = self.turns[index]
-        quat = _quat.multiply(self.quat[index], _quat.exp(part[:, np.newaxis] * turn))
-        quat[(times < self.t[0]) | (times > self.t[-1])] = np.nan
-        return quat, turn / self.step[index, np.newaxis]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Problem:
-    motion: _Motion
+    motion: Attitudes
     ref: FloatArray
     counted: NDArray[np.bool_]
     earth: str
@@ -326,7 +308,7 @@ def _first_offset(problem: _Problem, largest: float) -> float:
         raise ValueError("t: has no two different times, so that a time offset is not observable")
     grid = np.arange(motion.t[0], motion.t[-1], step)
     ref = np.where(problem.counted[:, np.newaxis], problem.ref, np.nan)
-    est, truth = (_norms(_Motion(quat, motion.t), grid, step) for quat in (motion.quat, ref))
+    est, truth = (_norms(Attitudes(quat, motion.t), grid, step) for quat in (motion.quat, ref))
     farthest = math.floor(largest / step)
     lags = range(-farthest, farthest + 1)
     costs = np.full(len(lags), np.nan)
@@ -345,7 +327,7 @@ def _first_offset(problem: _Problem, largest: float) -> float:
     return float(step * (lags[best] + (0.5 * (near[0] - near[2]) / bend if bend > 0.0 else 0.0)))
 
 
-def _norms(motion: _Motion, grid: FloatArray, step: float) -> FloatArray:
+def _norms(motion: Attitudes, grid: FloatArray, step: float) -> FloatArray:
     """Norms of the angular rates at the times of a grid, means over `SPAN` about them, rad/s."""
     half = max(round(0.5 * SPAN / step), 1) * step
     before, after = motion.at(grid - half)[0], motion.at(grid + half)[0]
