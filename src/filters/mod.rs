@@ -4,9 +4,9 @@ mod adaptive;
 mod error_state;
 mod field;
 mod integration;
-mod kalman;
+pub mod kalman;
 mod quaternions;
-mod rest;
+pub mod rest;
 mod stationary;
 mod vector;
 
