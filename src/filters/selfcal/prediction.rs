@@ -14,14 +14,14 @@ use crate::trig::one_minus_exp;
 #[derive(Clone, Debug)]
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
-    gyroscope: [[S; 12]; 3],
+    pub gyroscope: [[S; 12]; 3],
     /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt.
-    tilt: Square<S, 3>,
-    acc_bias: Square<S, 3>,
+    pub tilt: Square<S, 3>,
+    pub acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
-    fall: S,
+    pub fall: S,
     /// What is left of the disturbance.
-    kept: S,
+    pub kept: S,
 }
 
 impl<S: Scalar> Transition<S> {

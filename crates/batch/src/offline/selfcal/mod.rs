@@ -241,7 +241,10 @@ impl Offline for SelfCalSmoother {
             if !watch.go_on() {
                 return None;
             }
-            found.smooth(&samples, &ends, &mut state, &self.causal, pass + 1 == PASSES);
+            if pass > 0 {
+                found.blocks = samples.sums(&ends, &found.trajectory, &mut state);
+            }
+            found.smooth(&mut state, &self.causal, pass + 1 == PASSES);
         }
 
         let quats = samples.attitudes(&ends, &found.trajectory, &mut state, self.params.latency);
@@ -351,8 +354,7 @@ impl Found {
     }
 
     /// Smooths once more; where the numbers leave their range, all stays as it is.
-    fn smooth(&mut self, samples: &Samples, ends: &[usize], state: &mut State<f64>, params: &CausalParams<f64>, last: bool) {
-        self.blocks = samples.sums(ends, &self.trajectory, state);
+    fn smooth(&mut self, state: &mut State<f64>, params: &CausalParams<f64>, last: bool) {
         weigh(&mut self.blocks, &self.trajectory, state, (params.mag_tolerance, params.mag_tail));
         if let Some(Smoothed { trajectory, last, covariances }) =
             smooth(&self.blocks, &self.trajectory, &self.prior, params, last)

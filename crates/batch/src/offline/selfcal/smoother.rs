@@ -7,11 +7,14 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
-use ahrs_rs::filters::kalman::{Column, Square, zeros};
+use ahrs_rs::filters::kalman::{Column, Square, vec3, zeros};
 use ahrs_rs::filters::selfcal::measurement::{self, Row, Seen};
 use ahrs_rs::filters::selfcal::prediction::Transition;
-use ahrs_rs::filters::selfcal::state::{BIAS, N, State, THETA, VELOCITY, initial_variance};
+use ahrs_rs::filters::selfcal::state::{
+    ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, N, State, THETA, VELOCITY, initial_variance,
+};
 use ahrs_rs::filters::selfcal::Params;
+use ahrs_rs::Quat;
 use ahrs_rs::so3::exp_half;
 
 use super::blocks::{Summed, Trajectory, rotation_vector};
@@ -36,9 +39,21 @@ struct Step {
     noises: [(usize, f64); 5],
     /// How the states move beside the transition: those of the nominal block, and the change to the next one's nominal.
     moved: Column<f64, N>,
+    /// How many measurements have been taken until its end.
+    taken: usize,
+}
+
+/// The filter on its way.
+struct Filter<'a> {
+    nominal: &'a Trajectory,
+    params: &'a Params<f64>,
+    state: State<f64>,
+    /// The error of the nominal states.
+    x: Column<f64, N>,
+    steps: Vec<Step>,
     taken: Vec<Taken>,
-    /// The rows of the covariance at the end that are asked for.
-    known: Option<Box<[Column<f64, N>; ASKED]>>,
+    /// The columns of the covariance at the end of each block that are asked for, where it is.
+    known: Option<Vec<[Column<f64, N>; ASKED]>>,
 }
 
 /// What a pass gives.
@@ -60,32 +75,33 @@ pub fn smooth(
     covariances: bool,
 ) -> Option<Smoothed> {
     let (_, first) = nominal.at(0)?;
-    let mut state = State::new(params);
-    for i in 0..N {
-        for j in 0..N {
-            state.p[(i, j)] = if i == j { initial_variance(params, i) } else { 0.0 };
-        }
-    }
     let start = prior - first;
-    let start_covariance = state.p;
-    let mut x = start;
-    let mut steps = Vec::with_capacity(blocks.len());
+    let mut filter = Filter {
+        nominal,
+        params,
+        state: State::new(params),
+        x: start,
+        steps: Vec::with_capacity(blocks.len()),
+        taken: Vec::with_capacity(6 * blocks.len()),
+        known: covariances.then(|| Vec::with_capacity(blocks.len())),
+    };
     for (node, block) in blocks.iter().enumerate() {
-        let step = forward(block, (node, nominal), &mut state, &mut x, (params, covariances))?;
-        steps.push(step);
+        filter.go_on(node, block)?;
     }
-    let last = Box::new(state.p);
+    let Filter { state, steps, mut taken, known, .. } = filter;
 
     // Back.
     let mut r: Column<f64, N> = zeros();
     let mut n: Square<f64, N> = zeros();
     let mut adjoints = Vec::with_capacity(blocks.len());
-    let mut spread = Vec::new();
-    for step in steps.iter().rev() {
-        if let Some(known) = &step.known {
-            spread.push(smoothed_covariance(known, &n));
+    let mut smoothed = Vec::with_capacity(known.as_ref().map_or(0, Vec::len));
+    let mut known = known.into_iter().flatten().rev();
+    for (index, step) in steps.iter().enumerate().rev() {
+        if let Some(known) = known.next() {
+            smoothed.push(smoothed_covariance(&known, &n));
         }
-        for taken in step.taken.iter().rev() {
+        let before = index.checked_sub(1).and_then(|before| steps.get(before)).map_or(0, |step| step.taken);
+        for taken in taken.drain(before..).rev() {
             taken.carry_back(&mut r);
             if covariances {
                 taken.carry_covariance_back(&mut n);
@@ -94,27 +110,21 @@ pub fn smooth(
         adjoints.push(r);
         step.transition.apply_transposed(&mut r);
         if covariances {
-            carry_covariance_back(&step.transition, &mut n);
+            times_transition(&mut n, &step.transition);
+            n.transpose_mut();
+            times_transition(&mut n, &step.transition);
         }
     }
-    spread.reverse();
+    smoothed.reverse();
 
     // Forward again.
-    let mut x = start + start_covariance * r;
-    let mut trajectory = Trajectory { quat: Vec::with_capacity(blocks.len() + 1), mean: Vec::with_capacity(blocks.len() + 1) };
-    let mut put = |node: usize, x: &Column<f64, N>| -> Option<()> {
-        let (q, mean) = nominal.at(node)?;
-        let turn = exp_half(ahrs_rs::Vec3::new(x[0], x[1], x[2]) * 0.5);
-        let mut mean = mean + x;
-        for i in THETA..BIAS {
-            mean[i] = 0.0;
-        }
-        let sound = mean.iter().chain(x.iter()).all(|value| value.is_finite());
-        trajectory.quat.push((turn * q).unit_or(q));
-        trajectory.mean.push(mean);
-        sound.then_some(())
-    };
-    put(0, &x)?;
+    let mut x = start;
+    for (i, entry) in x.iter_mut().enumerate() {
+        *entry += initial_variance(params, i) * r[i];
+    }
+    let nodes = blocks.len() + 1;
+    let mut trajectory = Trajectory { quat: Vec::with_capacity(nodes), mean: Vec::with_capacity(nodes) };
+    trajectory.put(nominal.at(0)?, &x)?;
     for (node, (step, adjoint)) in steps.iter().zip(adjoints.iter().rev()).enumerate() {
         step.transition.apply(&mut x);
         x += step.moved;
@@ -123,99 +133,108 @@ pub fn smooth(
                 x[i] += noise * adjoint[i];
             }
         }
-        put(node + 1, &x)?;
+        trajectory.put(nominal.at(node + 1)?, &x)?;
     }
-    Some(Smoothed { trajectory, last, covariances: spread })
+    Some(Smoothed { trajectory, last: Box::new(state.p), covariances: smoothed })
 }
 
-/// Predicts and corrects by one block: x is the error of the nominal states, before and after.
-fn forward(
-    block: &Summed,
-    (node, nominal): (usize, &Trajectory),
-    state: &mut State<f64>,
-    x: &mut Column<f64, N>,
-    (params, covariances): (&Params<f64>, bool),
-) -> Option<Step> {
-    let (_, mean) = nominal.at(node)?;
-    let (next, next_mean) = nominal.at(node + 1)?;
-    let sums = &block.sums;
-    (state.q, state.mean) = (block.quat, *mean);
-    let transition = Transition::new(true, sums, state, params);
-    transition.propagate(&mut state.p);
-    let noises = transition.noises(sums, params);
-    for (start, noise) in noises {
-        for i in start..start + 3 {
-            state.p[(i, i)] += noise;
+impl Trajectory {
+    /// Adds a node: nominal states less their error; none where that is no number.
+    fn put(&mut self, (q, mean): (Quat<f64>, &Column<f64, N>), x: &Column<f64, N>) -> Option<()> {
+        let turn = exp_half(vec3(x, THETA) * 0.5);
+        let mut mean = mean + x;
+        for i in THETA..BIAS {
+            mean[i] = 0.0;
         }
+        self.quat.push((turn * q).unit_or(q));
+        self.mean.push(mean);
+        x.iter().all(|value| value.is_finite()).then_some(())
     }
-    transition.apply(x);
-    transition.move_mean(true, state, sums);
-
-    let mut taken = Vec::with_capacity(9);
-    let rests = sums.time < 2.0 * sums.rest;
-    for row in measurement::velocity(true, rests, state, sums.time, params) {
-        taken.extend(take(&row, &mut state.p, x));
-    }
-    if rests {
-        for row in measurement::rest(true, sums.gyr * (1.0 / sums.time), state, sums.time, params) {
-            taken.extend(take(&row, &mut state.p, x));
-        }
-    }
-    if sums.fields > 0.0 && block.weight > SMALLEST_WEIGHT {
-        let turning2 = sums.rate2 / sums.time;
-        let noise2 = params.mag_noise * params.mag_noise + params.mag_rate_noise * params.mag_rate_noise * turning2;
-        let rows = Seen::new(sums, state).rows(true, state, noise2 / (block.interval * block.weight));
-        for row in rows {
-            taken.extend(take(&row, &mut state.p, x));
-        }
-    }
-
-    // The error of the next nominal state instead of that of the one to which this block leads.
-    let mut moved = state.mean - next_mean;
-    let turn = rotation_vector(block.quat * next.conj());
-    (moved[0], moved[1], moved[2]) = (turn.x, turn.y, turn.z);
-    *x += moved;
-    let known = covariances.then(|| {
-        let mut rows: Box<[Column<f64, N>; ASKED]> = Box::new([zeros(); ASKED]);
-        for (i, row) in rows.iter_mut().enumerate() {
-            row.copy_from(&state.p.column(THETA + i));
-        }
-        rows
-    });
-    let sound = (0..N).all(|i| x[i].is_finite() && state.p[(i, i)] >= 0.0 && state.p[(i, i)].is_finite());
-    sound.then_some(Step { transition, noises, moved, taken, known })
 }
 
-/// Takes a measurement z = h x + noise.
-fn take(row: &Row<f64>, p: &mut Square<f64, N>, x: &mut Column<f64, N>) -> Option<Taken> {
-    let mut gain: Column<f64, N> = zeros();
-    let mut expected = 0.0;
-    for (&at, &h) in row.at.iter().zip(&row.h) {
-        if h != 0.0 {
-            for i in 0..N {
-                gain[i] += p[(i, at)] * h;
+impl Filter<'_> {
+    /// Predicts and corrects by one block; none where the numbers leave their range.
+    fn go_on(&mut self, node: usize, block: &Summed) -> Option<()> {
+        let (_, mean) = self.nominal.at(node)?;
+        let (next, next_mean) = self.nominal.at(node + 1)?;
+        let (params, sums) = (self.params, &block.sums);
+        (self.state.q, self.state.mean) = (block.quat, *mean);
+        let transition = Transition::new(true, sums, &self.state, params);
+        times_transposed_transition(&mut self.state.p, &transition);
+        self.state.p.transpose_mut();
+        times_transposed_transition(&mut self.state.p, &transition);
+        let noises = transition.noises(sums, params);
+        for (start, noise) in noises {
+            for i in start..start + 3 {
+                self.state.p[(i, i)] += noise;
             }
-            expected += x[at] * h;
         }
-    }
-    let mut s = row.r;
-    for (&at, &h) in row.at.iter().zip(&row.h) {
-        s += gain[at] * h;
-    }
-    if !(s.is_normal() && s > 0.0) {
-        return None;
-    }
-    let over_s = 1.0 / s;
-    let nu_over_s = (row.z - expected) * over_s;
-    for j in 0..N {
-        let factor = gain[j] * over_s;
-        for i in 0..N {
-            p[(i, j)] -= gain[i] * factor;
+        transition.apply(&mut self.x);
+        transition.move_mean(true, &mut self.state, sums);
+
+        let rests = sums.time < 2.0 * sums.rest;
+        for row in measurement::velocity(true, rests, &self.state, sums.time, params) {
+            self.take(&row);
         }
-        x[j] += gain[j] * nu_over_s;
+        if rests {
+            for row in measurement::rest(true, sums.gyr * (1.0 / sums.time), &self.state, sums.time, params) {
+                self.take(&row);
+            }
+        }
+        if sums.fields > 0.0 && block.weight > SMALLEST_WEIGHT {
+            let turning2 = sums.rate2 / sums.time;
+            let noise2 = params.mag_noise * params.mag_noise + params.mag_rate_noise * params.mag_rate_noise * turning2;
+            let rows = Seen::new(sums, &self.state).rows(true, &self.state, noise2 / (block.interval * block.weight));
+            for row in rows {
+                self.take(&row);
+            }
+        }
+
+        // The error of the next nominal states instead of those to which this block leads.
+        let mut moved = self.state.mean - next_mean;
+        let turn = rotation_vector(block.quat * next.conj());
+        (moved[0], moved[1], moved[2]) = (turn.x, turn.y, turn.z);
+        self.x += moved;
+        if let Some(known) = &mut self.known {
+            known.push(std::array::from_fn(|i| self.state.p.column(THETA + i).into_owned()));
+        }
+        self.steps.push(Step { transition, noises, moved, taken: self.taken.len() });
+        let sound = |i: usize| self.x[i].is_finite() && (0.0..f64::INFINITY).contains(&self.state.p[(i, i)]);
+        (0..N).all(sound).then_some(())
     }
-    gain *= over_s;
-    Some(Taken { at: row.at, h: row.h, gain, nu_over_s, over_s })
+
+    /// Takes a measurement z = h x + noise, unless the numbers leave their range.
+    fn take(&mut self, row: &Row<f64>) {
+        let (p, x) = (&mut self.state.p, &mut self.x);
+        let mut gain: Column<f64, N> = zeros();
+        let mut expected = 0.0;
+        for (&at, &h) in row.at.iter().zip(&row.h) {
+            if h != 0.0 {
+                for i in 0..N {
+                    gain[i] += p[(i, at)] * h;
+                }
+                expected += x[at] * h;
+            }
+        }
+        let mut s = row.r;
+        for (&at, &h) in row.at.iter().zip(&row.h) {
+            s += gain[at] * h;
+        }
+        if !(s.is_normal() && s > 0.0) {
+            return;
+        }
+        let over_s = 1.0 / s;
+        let nu_over_s = (row.z - expected) * over_s;
+        for j in 0..N {
+            let factor = gain[j] * over_s;
+            for i in 0..N {
+                p[(i, j)] -= gain[i] * factor;
+            }
+            x[j] += gain[j] * nu_over_s;
+        }
+        gain *= over_s;
+        self.taken.push(Taken { at: row.at, h: row.h, gain, nu_over_s, over_s });
+    }
 }
 
 impl Taken {
@@ -247,15 +266,55 @@ impl Taken {
     }
 }
 
-/// N := Fᵀ N F.
-fn carry_covariance_back(transition: &Transition<f64>, n: &mut Square<f64, N>) {
-    for _ in 0..2 {
-        for j in 0..N {
-            let mut column: Column<f64, N> = n.column(j).into_owned();
-            transition.apply_transposed(&mut column);
-            n.set_column(j, &column);
+/// A := A Fᵀ.
+fn times_transposed_transition(a: &mut Square<f64, N>, transition: &Transition<f64>) {
+    let Transition { gyroscope, tilt, acc_bias, fall, kept } = transition;
+    // The velocity first: it takes the attitude's error as it was.
+    for i in 0..3 {
+        for k in 0..3 {
+            add(a, VELOCITY + i, THETA + k, tilt[(i, k)]);
+            add(a, VELOCITY + i, ACC_BIAS + k, acc_bias[(i, k)]);
         }
-        n.transpose_mut();
+        scale(a, DISTURBANCE + i, *kept);
+    }
+    add(a, VELOCITY + 2, GRAVITY, *fall);
+    for (i, entries) in gyroscope.iter().enumerate() {
+        for (k, entry) in entries.iter().enumerate() {
+            add(a, THETA + i, BIAS + k, *entry);
+        }
+    }
+}
+
+/// A := A F.
+fn times_transition(a: &mut Square<f64, N>, transition: &Transition<f64>) {
+    let Transition { gyroscope, tilt, acc_bias, fall, kept } = transition;
+    // The gyroscope first: it takes the attitude's error as it was.
+    for (i, entries) in gyroscope.iter().enumerate() {
+        for (k, entry) in entries.iter().enumerate() {
+            add(a, BIAS + k, THETA + i, *entry);
+        }
+    }
+    add(a, GRAVITY, VELOCITY + 2, *fall);
+    for i in 0..3 {
+        for k in 0..3 {
+            add(a, THETA + k, VELOCITY + i, tilt[(i, k)]);
+            add(a, ACC_BIAS + k, VELOCITY + i, acc_bias[(i, k)]);
+        }
+        scale(a, DISTURBANCE + i, *kept);
+    }
+}
+
+/// Adds a multiple of a column to another one.
+fn add(a: &mut Square<f64, N>, to: usize, from: usize, factor: f64) {
+    for i in 0..N {
+        a[(i, to)] += a[(i, from)] * factor;
+    }
+}
+
+/// Takes a multiple of a column.
+fn scale(a: &mut Square<f64, N>, column: usize, factor: f64) {
+    for i in 0..N {
+        a[(i, column)] *= factor;
     }
 }
 
@@ -268,6 +327,5 @@ fn smoothed_covariance(known: &[Column<f64, N>; ASKED], n: &Square<f64, N>) -> S
             p[(i, j)] = column[i] - row.dot(&np);
         }
     }
-    let _ = VELOCITY;
     p
 }
