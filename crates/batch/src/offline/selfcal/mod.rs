@@ -21,18 +21,24 @@ use ahrs_rs::filters::selfcal::{PARAMS as CAUSAL, Params as CausalParams};
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Measured, Quat, Settings, Vec3};
 
-use self::blocks::{Row, Samples, Summed, Trajectory, weigh};
-use self::smoother::{ASKED, Smoothed, smooth};
+use self::blocks::{Row, Samples, Summed, Trajectory, rotation_vector, weigh};
+use self::smoother::{ASKED, smooth};
 use super::{Offline, Series, Solution};
 use crate::recording::HIDES_INFINITE;
 use crate::threads::Watch;
 
 /// Samples between two looks at whether it was told to stop.
 const TILE: usize = 4096;
-/// How often the trajectory is smoothed.
+/// How often the trajectory is smoothed: at least and at most, and the correction in rad that is small enough to end.
 const PASSES: usize = 2;
+const MOST_PASSES: usize = 8;
+const CONVERGED: f64 = 0.01;
 /// A weight below this counts as rejection.
 const REJECTING_WEIGHT: f64 = 0.25;
+
+/// Gravity is that of the parameter as long as the specific force at rest is no further from it than this, in m/s²: beyond
+/// that the accelerometer's scale is another one.
+const LARGEST_ACC_BIAS: f64 = 0.1;
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -96,7 +102,7 @@ ahrs_rs::params! {
     /// Noise density of the gyroscope for each rad/s that it turns.
     real rate_noise: "1/√Hz" = 2e-3 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
-    real bias_noise: "rad/s²/√Hz" = 5e-5 in [0.0, 1e3];
+    real bias_noise: "rad/s²/√Hz" = 2e-4 in [0.0, 1e3];
     /// Standard deviation of the velocity.
     real velocity: "m/s" = 0.5 in [1e-6, 1e3];
     /// The time for which a velocity lasts.
@@ -124,7 +130,7 @@ ahrs_rs::params! {
     /// Time that both have to be small for.
     real rest_time: "s" = 1.5 in [0.0, 1e9];
     /// Noise density of the angular rate at rest, as a measurement of the bias.
-    real rest_noise: "rad/s/√Hz" = 5e-4 in [1e-9, 1e3];
+    real rest_noise: "rad/s/√Hz" = 1e-3 in [1e-9, 1e3];
     /// Standard deviation of the velocity at rest.
     real rest_velocity: "m/s" = 0.02 in [1e-6, 1e3];
     /// Standard deviation of the inclination at the start.
@@ -136,11 +142,11 @@ ahrs_rs::params! {
     /// The same of each entry of the gyroscope's matrix.
     real initial_matrix: "1" = 0.003 in [0.0, 1e3];
     /// The same of the velocity.
-    real initial_velocity: "m/s" = 1.0 in [1e-6, 1e3];
+    real initial_velocity: "m/s" = 3.0 in [1e-6, 1e3];
     /// The same of the accelerometer's bias.
     real initial_acc_bias: "m/s²" = 0.04 in [0.0, 1e3];
     /// The same of gravity.
-    real initial_gravity: "m/s²" = 0.05 in [0.0, 1e3];
+    real initial_gravity: "m/s²" = 0.02 in [0.0, 1e3];
     /// The same of the hard iron, in norms of the field.
     real initial_hard_iron: "1" = 1e-3 in [0.0, 1e3];
     /// The same of the disturbance, in norms of the field.
@@ -237,14 +243,18 @@ impl Offline for SelfCalSmoother {
         let ends = samples.block_ends();
         let mut state = State::new(&self.causal);
         let mut found = Found::new(&samples, &ends, &causal, &mut state, &self.causal)?;
-        for pass in 0..PASSES {
+        for pass in 1..=MOST_PASSES {
             if !watch.go_on() {
                 return None;
             }
-            if pass > 0 {
+            if pass > 1 {
                 found.blocks = samples.sums(&ends, &found.trajectory, &mut state);
             }
-            found.smooth(&mut state, &self.causal, pass + 1 == PASSES);
+            let correction = found.smooth(&mut state, &self.causal, pass >= PASSES);
+            if std::env::var("PP").is_ok() { println!("{pass} {correction:.4}"); }
+            if pass >= PASSES && correction < CONVERGED {
+                break;
+            }
         }
 
         let quats = samples.attitudes(&ends, &found.trajectory, &mut state, self.params.latency);
@@ -349,20 +359,27 @@ impl Found {
             (mean[HORIZONTAL], mean[VERTICAL]) = (across, up);
         }
         let mut prior = zeros();
-        (prior[GRAVITY], prior[HORIZONTAL], prior[VERTICAL]) = (params.gravity, across, up);
+        let still = samples.acc.iter().zip(&samples.rest).filter(|(_, rest)| **rest).filter_map(|(acc, _)| *acc);
+        let still: Vec<_> = still.map(|acc| acc.norm2().sqrt()).collect();
+        let norm = if still.is_empty() { params.gravity } else { median(still) };
+        let gravity = if (norm - params.gravity).abs() < LARGEST_ACC_BIAS { params.gravity } else { norm };
+        (prior[GRAVITY], prior[HORIZONTAL], prior[VERTICAL]) = (gravity, across, up);
         Some(Found { trajectory, blocks, prior, last: None, covariances: Vec::new() })
     }
 
-    /// Smooths once more; where the numbers leave their range, all stays as it is.
-    fn smooth(&mut self, state: &mut State<f64>, params: &CausalParams<f64>, last: bool) {
+    /// Smooths once more, with the covariances or without; gives the largest correction of an attitude in rad. Where the
+    /// numbers leave their range, all stays as it is.
+    fn smooth(&mut self, state: &mut State<f64>, params: &CausalParams<f64>, covariances: bool) -> f64 {
         weigh(&mut self.blocks, &self.trajectory, state, (params.mag_tolerance, params.mag_tail));
-        if let Some(Smoothed { trajectory, last, covariances }) =
-            smooth(&self.blocks, &self.trajectory, &self.prior, params, last)
-        {
-            self.trajectory = trajectory;
-            self.last = Some(last);
-            self.covariances = covariances;
-        }
+        let Some(smoothed) = smooth(&self.blocks, &self.trajectory, &self.prior, params, covariances) else {
+            return 0.0;
+        };
+        let turns = self.trajectory.quat.iter().zip(&smoothed.trajectory.quat);
+        let largest2 = turns.map(|(&old, &new)| rotation_vector(new * old.conj()).norm2()).fold(0.0, f64::max);
+        self.trajectory = smoothed.trajectory;
+        self.last = Some(smoothed.last);
+        self.covariances = smoothed.covariances;
+        largest2.sqrt()
     }
 
     /// The values of an output of the description, one row after the other.
