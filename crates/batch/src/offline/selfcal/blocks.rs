@@ -27,6 +27,8 @@ pub struct Samples {
     pub mag: Vec<Row>,
     /// Where the sensor rests.
     pub rest: Vec<bool>,
+    /// Where an axis of the gyroscope is at the end of its range.
+    pub clipped: Vec<[bool; 3]>,
 }
 
 /// The estimate of all states at the ends of the blocks: one more than there are blocks.
@@ -55,6 +57,8 @@ pub struct Summed {
     pub interval: f64,
     /// The weight of its field.
     pub weight: f64,
+    /// The time in s for which each axis of the gyroscope is at the end of its range.
+    pub clipped: [f64; 3],
 }
 
 impl Samples {
@@ -85,6 +89,36 @@ impl Samples {
         self.rest = forward.iter().zip(backward.iter().rev()).map(|(a, b)| a | b).collect();
     }
 
+    /// Finds where an axis of the gyroscope is at the end of its range: the given one, or where it is zero the largest rate
+    /// of the recording, if the axis stays there.
+    pub fn find_clipped(&mut self, range: f64) {
+        self.clipped = vec![[false; 3]; self.rates.len()];
+        for axis in 0..3 {
+            let rates = || self.rates.iter().map(|rate| [rate.x, rate.y, rate.z].get(axis).map_or(0.0, |x: &f64| x.abs()));
+            let largest = if range > 0.0 { range } else { rates().fold(0.0, f64::max) };
+            let mut run = 0;
+            let runs = rates().map(|rate| {
+                run = if rate > AT_THE_END * largest { run + 1 } else { 0 };
+                run
+            });
+            let runs: Vec<usize> = runs.collect();
+            if range <= 0.0 && largest < SMALLEST_RANGE {
+                continue;
+            }
+            let needed = if range > 0.0 { 1 } else { CLIPPED_SAMPLES };
+            let mut rest = 0;
+            for (clipped, &run) in self.clipped.iter_mut().zip(&runs).rev() {
+                if run >= needed {
+                    rest = rest.max(run);
+                }
+                if let Some(clipped) = clipped.get_mut(axis) {
+                    *clipped = rest > 0;
+                }
+                rest = if run > 0 { rest.saturating_sub(1) } else { 0 };
+            }
+        }
+    }
+
     /// The sums of all blocks about a trajectory, with their weights.
     pub fn sums(&self, ends: &[usize], nominal: &Trajectory, state: &mut State<f64>) -> Vec<Summed> {
         let mut blocks = Vec::with_capacity(ends.len());
@@ -99,8 +133,10 @@ impl Samples {
             let rows = start..end;
             let sensors = self.acc.get(rows.clone()).into_iter().flatten().zip(self.mag.get(rows.clone()).into_iter().flatten());
             let rest = self.rest.get(rows.clone()).into_iter().flatten();
+            let rest = rest.zip(self.clipped.get(rows.clone()).into_iter().flatten());
+            let mut clipped = [0.0; 3];
             let rates = self.rates.get(rows.clone()).into_iter().flatten().zip(self.steps.get(rows).into_iter().flatten());
-            for (((&gyr, &dt), (acc, mag)), &rest) in rates.zip(sensors).zip(rest) {
+            for (((&gyr, &dt), (acc, mag)), (&rest, ends)) in rates.zip(sensors).zip(rest) {
                 let rate = gyr - state.bias();
                 let turning = rate + state.misaligned(rate);
                 state.q = rotate_by(state.q, turning, dt);
@@ -116,12 +152,15 @@ impl Samples {
                 if rest {
                     sums.rest += dt;
                 }
+                for (time, &end) in clipped.iter_mut().zip(ends) {
+                    *time += if end { dt } else { 0.0 };
+                }
                 if let Some(mag) = *mag {
                     sums.points(true, r, mag, turning, state.mean[DELAY]);
                 }
             }
             interval = LONGEST_FIELD.min(interval + sums.time);
-            blocks.push(Summed { quat: state.q.renormalized(), interval, weight: 1.0, sums });
+            blocks.push(Summed { quat: state.q.renormalized(), interval, weight: 1.0, clipped, sums });
             if blocks.last().is_some_and(|block| block.sums.fields > 0.0) {
                 interval = 0.0;
             }
@@ -204,6 +243,11 @@ pub fn weigh(blocks: &mut [Summed], nominal: &Trajectory, state: &mut State<f64>
     }
 }
 
+/// An axis of the gyroscope is at the end of its range from this part of it on; it is found to be where it stays there for so many
+/// samples. No gyroscope has a smaller one, in rad/s.
+const AT_THE_END: f64 = 0.995;
+const CLIPPED_SAMPLES: usize = 5;
+const SMALLEST_RANGE: f64 = 2.0;
 /// The deviation in norms of the field where it stops counting.
 const LARGEST_DEVIATION: f64 = 16.0;
 /// How many blocks on either side count for the mean deviation: 0.25 s.

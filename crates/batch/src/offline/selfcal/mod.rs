@@ -100,11 +100,11 @@ ahrs_rs::params! {
     /// Noise density of the gyroscope (angle random walk).
     real gyr_noise: "rad/s/√Hz" = 3e-4 in [1e-9, 1e3];
     /// Noise density of the gyroscope for each rad/s that it turns.
-    real rate_noise: "1/√Hz" = 2e-3 in [0.0, 1e3];
+    real rate_noise: "1/√Hz" = 1.4e-3 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
     real bias_noise: "rad/s²/√Hz" = 2e-4 in [0.0, 1e3];
     /// Standard deviation of the velocity.
-    real velocity: "m/s" = 0.5 in [1e-6, 1e3];
+    real velocity: "m/s" = 0.6 in [1e-6, 1e3];
     /// The time for which a velocity lasts.
     real velocity_time: "s" = 0.5 in [1e-3, 1e3];
     /// Noise density of the accelerometer.
@@ -118,11 +118,11 @@ ahrs_rs::params! {
     /// How slowly it does: the weight is (1 + (deviation/tolerance)²/tail)⁻².
     real mag_tail: "1" = 2.5 in [1e-3, 1e6];
     /// Standard deviation of the field's disturbance, in norms of the field.
-    real disturbance: "1" = 0.022 in [0.0, 1e3];
+    real disturbance: "1" = 0.018 in [0.0, 1e3];
     /// The time for which a disturbance lasts.
-    real disturbance_time: "s" = 8.0 in [1e-3, 1e6];
-    /// How fast the hard iron wanders, in norms of the field.
-    real hard_iron_noise: "1/√s" = 1e-4 in [0.0, 1e3];
+    real disturbance_time: "s" = 12.0 in [1e-3, 1e6];
+    /// How fast the hard iron wanders, in norms of the field; zero: not at all.
+    real hard_iron_noise: "1/√s" = 0.0 in [0.0, 1e3];
     /// Deviation of the angular rate from its mean below which the sensor may be at rest.
     real rest_gyr: "rad/s" = 0.03490658503988659 in [0.0, 1e3];
     /// Deviation of the specific force from its mean below which the sensor may be at rest.
@@ -130,7 +130,7 @@ ahrs_rs::params! {
     /// Time that both have to be small for.
     real rest_time: "s" = 1.5 in [0.0, 1e9];
     /// Noise density of the angular rate at rest, as a measurement of the bias.
-    real rest_noise: "rad/s/√Hz" = 1e-3 in [1e-9, 1e3];
+    real rest_noise: "rad/s/√Hz" = 2e-3 in [1e-9, 1e3];
     /// Standard deviation of the velocity at rest.
     real rest_velocity: "m/s" = 0.02 in [1e-6, 1e3];
     /// Standard deviation of the inclination at the start.
@@ -146,9 +146,9 @@ ahrs_rs::params! {
     /// The same of the accelerometer's bias.
     real initial_acc_bias: "m/s²" = 0.04 in [0.0, 1e3];
     /// The same of gravity.
-    real initial_gravity: "m/s²" = 0.02 in [0.0, 1e3];
-    /// The same of the hard iron, in norms of the field.
-    real initial_hard_iron: "1" = 1e-3 in [0.0, 1e3];
+    real initial_gravity: "m/s²" = 0.015 in [0.0, 1e3];
+    /// The same of the hard iron, in norms of the field; zero: there is none.
+    real initial_hard_iron: "1" = 0.0 in [0.0, 1e3];
     /// The same of the disturbance, in norms of the field.
     real initial_disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The same of the reference field, in its norms.
@@ -159,6 +159,9 @@ ahrs_rs::params! {
     real latency: "s" = 0.0 in [-1.0, 1.0];
     /// Gravity g where the sensor is.
     real gravity: "m/s²" = 9.80665 in [1e-3, 1e3];
+    /// The largest rate that an axis of the gyroscope can measure; what is beyond is lost and counts as unknown. Zero: where an
+    /// axis stays at the recording's largest rate, it is taken for that.
+    real gyr_range: "rad/s" = 0.0 in [0.0, 1e3];
 }
 
 /// The filter with the values of its parameters.
@@ -238,6 +241,7 @@ impl Offline for SelfCalSmoother {
         let causal = self.causal(series, &mut samples, watch)?;
         let limits =
             Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
+        samples.find_clipped(self.params.gyr_range);
         samples.find_rest(&limits, vec3(&causal.mean, BIAS));
 
         let ends = samples.block_ends();
@@ -251,7 +255,6 @@ impl Offline for SelfCalSmoother {
                 found.blocks = samples.sums(&ends, &found.trajectory, &mut state);
             }
             let correction = found.smooth(&mut state, &self.causal, pass >= PASSES);
-            if std::env::var("PP").is_ok() { println!("{pass} {correction:.4}"); }
             if pass >= PASSES && correction < CONVERGED {
                 break;
             }

@@ -7,11 +7,11 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
-use ahrs_rs::filters::kalman::{Column, Square, vec3, zeros};
+use ahrs_rs::filters::kalman::{Column, Square, product, rows, transposed, vec3, zeros};
 use ahrs_rs::filters::selfcal::measurement::{self, Row, Seen};
 use ahrs_rs::filters::selfcal::prediction::Transition;
 use ahrs_rs::filters::selfcal::state::{
-    ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, N, State, THETA, VELOCITY, initial_variance,
+    ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, MATRIX, N, State, THETA, VELOCITY, initial_variance,
 };
 use ahrs_rs::filters::selfcal::Params;
 use ahrs_rs::Quat;
@@ -19,6 +19,8 @@ use ahrs_rs::so3::exp_half;
 
 use super::blocks::{Summed, Trajectory, rotation_vector};
 
+/// How far in rad/s the rate may be beyond the gyroscope's range.
+const BEYOND_RANGE: f64 = 3.0;
 /// A weight below this is none.
 const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The states of whose smoothed covariance somebody asks at every block: the attitude's error and the gyroscope's bias.
@@ -37,6 +39,8 @@ struct Taken {
 struct Step {
     transition: Transition<f64>,
     noises: [(usize, f64); 5],
+    /// What a gyroscope at the end of its range adds to the attitude's covariance.
+    lost: Option<Square<f64, 3>>,
     /// How the states move beside the transition: those of the nominal block, and the change to the next one's nominal.
     moved: Column<f64, N>,
     /// How many measurements have been taken until its end.
@@ -133,6 +137,9 @@ pub fn smooth(
                 x[i] += noise * adjoint[i];
             }
         }
+        for (i, j, noise) in entries(step.lost.as_ref()) {
+            x[THETA + i] += noise * adjoint[THETA + j];
+        }
         trajectory.put(nominal.at(node + 1)?, &x)?;
     }
     Some(Smoothed { trajectory, last: Box::new(state.p), covariances: smoothed })
@@ -159,7 +166,14 @@ impl Filter<'_> {
         let (next, next_mean) = self.nominal.at(node + 1)?;
         let (params, sums) = (self.params, &block.sums);
         (self.state.q, self.state.mean) = (block.quat, *mean);
-        let transition = Transition::new(true, sums, &self.state, params);
+        let mut transition = Transition::new(true, sums, &self.state, params);
+        let lost = lost(block);
+        if lost.is_some() {
+            // What such a rate says of the gyroscope's matrix is wrong.
+            for entries in &mut transition.gyroscope {
+                entries[MATRIX - BIAS..].fill(0.0);
+            }
+        }
         times_transposed_transition(&mut self.state.p, &transition);
         self.state.p.transpose_mut();
         times_transposed_transition(&mut self.state.p, &transition);
@@ -168,6 +182,9 @@ impl Filter<'_> {
             for i in start..start + 3 {
                 self.state.p[(i, i)] += noise;
             }
+        }
+        for (i, j, noise) in entries(lost.as_ref()) {
+            self.state.p[(THETA + i, THETA + j)] += noise;
         }
         transition.apply(&mut self.x);
         transition.move_mean(true, &mut self.state, sums);
@@ -198,7 +215,7 @@ impl Filter<'_> {
         if let Some(known) = &mut self.known {
             known.push(std::array::from_fn(|i| self.state.p.column(THETA + i).into_owned()));
         }
-        self.steps.push(Step { transition, noises, moved, taken: self.taken.len() });
+        self.steps.push(Step { transition, noises, lost, moved, taken: self.taken.len() });
         let sound = |i: usize| self.x[i].is_finite() && (0.0..f64::INFINITY).contains(&self.state.p[(i, i)]);
         (0..N).all(sound).then_some(())
     }
@@ -264,6 +281,26 @@ impl Taken {
             }
         }
     }
+}
+
+/// The covariance of the turn that is lost where axes of the gyroscope are at the end of their range.
+fn lost(block: &Summed) -> Option<Square<f64, 3>> {
+    if block.clipped.iter().all(|time| *time <= 0.0) {
+        return None;
+    }
+    let mut r = rows(block.sums.turn);
+    for (axis, time) in block.clipped.iter().enumerate() {
+        let angle = BEYOND_RANGE * time / block.sums.time;
+        for i in 0..3 {
+            r[(i, axis)] *= angle;
+        }
+    }
+    Some(product(&r, &transposed(&r)))
+}
+
+/// The entries of a covariance, if there is one.
+fn entries(covariance: Option<&Square<f64, 3>>) -> impl Iterator<Item = (usize, usize, f64)> {
+    covariance.into_iter().flat_map(|p| (0..9).map(|k| (k % 3, k / 3, p[(k % 3, k / 3)])))
 }
 
 /// A := A Fᵀ.
