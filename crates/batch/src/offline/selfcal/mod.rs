@@ -5,8 +5,8 @@
 //! smoother corrects the trajectory and all that calibrates the sensors. At the end the corrected angular rate is
 //! integrated through each block from its smoothed attitude, and ends at that of the next.
 
-mod blocks;
-mod smoother;
+pub mod blocks;
+pub mod smoother;
 
 use ahrs_rs::estimator::LONGEST_STEP;
 use ahrs_rs::filter::{Equivariance, Magnetometer, OutputSpec, Sample};

@@ -26,36 +26,41 @@ const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The states of whose smoothed covariance somebody asks at every block: the attitude's error and the gyroscope's bias.
 pub const ASKED: usize = 6;
 
-/// A measurement that was taken: what it shows, its gain, and its innovation over the innovation's variance.
-struct Taken {
-    at: [usize; 7],
-    h: [f64; 7],
+/// A measurement that was taken.
+pub struct Taken {
+    /// What it shows.
+    pub row: Row<f64>,
     gain: Column<f64, N>,
+    /// Its innovation, and one, over the innovation's variance.
     nu_over_s: f64,
     over_s: f64,
 }
 
 /// What the way back needs of a block.
-struct Step {
-    transition: Transition<f64>,
-    noises: [(usize, f64); 5],
+pub struct Step {
+    /// How the error goes on.
+    pub transition: Transition<f64>,
+    /// The variances of the noise, from the states on at which they begin.
+    pub noises: [(usize, f64); 5],
     /// What a gyroscope at the end of its range adds to the attitude's covariance.
-    lost: Option<Square<f64, 3>>,
-    /// How the states move beside the transition: those of the nominal block, and the change to the next one's nominal.
-    moved: Column<f64, N>,
+    pub lost: Option<Square<f64, 3>>,
+    /// How the error moves beside, after the measurements: it is that of the next block's nominal states then.
+    pub moved: Column<f64, N>,
     /// How many measurements have been taken until its end.
-    taken: usize,
+    pub taken: usize,
 }
 
 /// The filter on its way.
-struct Filter<'a> {
+pub struct Filter<'a> {
     nominal: &'a Trajectory,
     params: &'a Params<f64>,
     state: State<f64>,
     /// The error of the nominal states.
     x: Column<f64, N>,
-    steps: Vec<Step>,
-    taken: Vec<Taken>,
+    /// The blocks so far.
+    pub steps: Vec<Step>,
+    /// Their measurements.
+    pub taken: Vec<Taken>,
     /// The columns of the covariance at the end of each block that are asked for, where it is.
     known: Option<Vec<[Column<f64, N>; ASKED]>>,
 }
@@ -78,17 +83,8 @@ pub fn smooth(
     params: &Params<f64>,
     covariances: bool,
 ) -> Option<Smoothed> {
-    let (_, first) = nominal.at(0)?;
-    let start = prior - first;
-    let mut filter = Filter {
-        nominal,
-        params,
-        state: State::new(params),
-        x: start,
-        steps: Vec::with_capacity(blocks.len()),
-        taken: Vec::with_capacity(6 * blocks.len()),
-        known: covariances.then(|| Vec::with_capacity(blocks.len())),
-    };
+    let mut filter = Filter::new(nominal, prior, params, blocks.len(), covariances)?;
+    let start = filter.x;
     for (node, block) in blocks.iter().enumerate() {
         filter.go_on(node, block)?;
     }
@@ -159,9 +155,29 @@ impl Trajectory {
     }
 }
 
-impl Filter<'_> {
+impl<'a> Filter<'a> {
+    /// Before the first of so many blocks.
+    pub fn new(
+        nominal: &'a Trajectory,
+        prior: &Column<f64, N>,
+        params: &'a Params<f64>,
+        blocks: usize,
+        covariances: bool,
+    ) -> Option<Self> {
+        let (_, first) = nominal.at(0)?;
+        Some(Filter {
+            nominal,
+            params,
+            state: State::new(params),
+            x: prior - first,
+            steps: Vec::with_capacity(blocks),
+            taken: Vec::with_capacity(6 * blocks),
+            known: covariances.then(|| Vec::with_capacity(blocks)),
+        })
+    }
+
     /// Predicts and corrects by one block; none where the numbers leave their range.
-    fn go_on(&mut self, node: usize, block: &Summed) -> Option<()> {
+    pub fn go_on(&mut self, node: usize, block: &Summed) -> Option<()> {
         let (_, mean) = self.nominal.at(node)?;
         let (next, next_mean) = self.nominal.at(node + 1)?;
         let (params, sums) = (self.params, &block.sums);
@@ -189,7 +205,8 @@ impl Filter<'_> {
         transition.apply(&mut self.x);
         transition.move_mean(true, &mut self.state, sums);
 
-        let rests = sums.time < 2.0 * sums.rest;
+        // All of it: a part that moves has a rate that is no bias.
+        let rests = sums.time < 1.001 * sums.rest;
         for row in measurement::velocity(true, rests, &self.state, sums.time, params) {
             self.take(&row);
         }
@@ -250,7 +267,7 @@ impl Filter<'_> {
             x[j] += gain[j] * nu_over_s;
         }
         gain *= over_s;
-        self.taken.push(Taken { at: row.at, h: row.h, gain, nu_over_s, over_s });
+        self.taken.push(Taken { row: *row, gain, nu_over_s, over_s });
     }
 }
 
@@ -258,7 +275,7 @@ impl Taken {
     /// r := r + hᵀ(ν/s − Kᵀ r).
     fn carry_back(&self, r: &mut Column<f64, N>) {
         let more = self.nu_over_s - self.gain.dot(r);
-        for (&at, &h) in self.at.iter().zip(&self.h) {
+        for (&at, &h) in self.row.at.iter().zip(&self.row.h) {
             r[at] += h * more;
         }
     }
@@ -267,7 +284,7 @@ impl Taken {
     fn carry_covariance_back(&self, n: &mut Square<f64, N>) {
         let nk: Column<f64, N> = *n * self.gain;
         let more = self.over_s + nk.dot(&self.gain);
-        for (&at, &h) in self.at.iter().zip(&self.h) {
+        for (&at, &h) in self.row.at.iter().zip(&self.row.h) {
             if h != 0.0 {
                 for i in 0..N {
                     n[(i, at)] -= nk[i] * h;
@@ -275,8 +292,8 @@ impl Taken {
                 }
             }
         }
-        for (&j, &hj) in self.at.iter().zip(&self.h) {
-            for (&i, &hi) in self.at.iter().zip(&self.h) {
+        for (&j, &hj) in self.row.at.iter().zip(&self.row.h) {
+            for (&i, &hi) in self.row.at.iter().zip(&self.row.h) {
                 n[(i, j)] += hi * hj * more;
             }
         }
