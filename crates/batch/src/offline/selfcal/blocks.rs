@@ -68,7 +68,8 @@ impl Samples {
         let mut time = 0.0;
         for (index, &dt) in self.steps.iter().enumerate() {
             time += dt;
-            if dt > 0.0 && BLOCK <= time + 0.5 * dt {
+            // With a spare, so that the rounding of a stamp moves no end.
+            if dt > 0.0 && BLOCK - 1e-9 <= time + 0.5 * dt {
                 ends.push(index + 1);
                 time = 0.0;
             }
@@ -241,7 +242,7 @@ const AT_THE_END: f64 = 0.995;
 /// are within 2 % as within 0.5 % of it, of a cut one hardly more.
 const CLIPPED_SAMPLES: usize = 3;
 const NEAR_THE_END: f64 = 0.98;
-const NEAR_FOR_EACH: f64 = 1.6;
+const NEAR_FOR_EACH: f64 = 1.5;
 /// No gyroscope has a smaller range, in rad/s.
 const SMALLEST_RANGE: f64 = 2.0;
 /// The deviation in norms of the field where it stops counting.
