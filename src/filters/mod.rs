@@ -5,9 +5,9 @@ pub mod delay;
 mod error_state;
 mod field;
 mod integration;
-mod kalman;
+pub mod kalman;
 mod quaternions;
-mod rest;
+pub mod rest;
 mod stationary;
 mod vector;
 

@@ -30,7 +30,7 @@ STREAMED = ["update", "reset", "state", "restore", "quat", "gyr_bias", "status",
 
 
 def test_there_are_offline_filters() -> None:
-    assert "OfflineVQF" in OFFLINE
+    assert {"OfflineVQF", "SelfCalSmoother"} <= set(OFFLINE)
 
 
 def run(name: str, signals: Signals, nine: bool = True, **keywords: Any) -> ar.Estimate:
@@ -201,11 +201,12 @@ def test_copies_and_pickles_are_the_same_filter(name: str) -> None:
 @pytest.mark.parametrize("metric", ["total", "heading", "inclination"])
 def test_a_sweep_has_the_errors_of_its_runs(name: str, metric: str) -> None:
     recordings = [ar.simulate.demo(10.0, 100.0, seed) for seed in range(2)]
-    swept = ar.sweep(ar.FILTERS[name], {"tau_acc": [1.0, 3.0]}, recordings, metric)
-    for p, tau in enumerate((1.0, 3.0)):
+    tuned = {"OfflineVQF": "tau_acc", "SelfCalSmoother": "velocity"}[name]
+    swept = ar.sweep(ar.FILTERS[name], {tuned: [1.0, 3.0]}, recordings, metric)
+    for p, value in enumerate((1.0, 3.0)):
         for r, recording in enumerate(recordings):
             assert recording.ref is not None
-            est = ar.FILTERS[name](rate=100.0, tau_acc=tau).run(
+            est = ar.FILTERS[name](rate=100.0, **{tuned: value}).run(
                 recording.gyr, recording.acc, recording.mag, t=recording.t
             )
             score = ar.metrics.score(est.quat, recording.ref, recording.mask)

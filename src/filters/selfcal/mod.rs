@@ -145,9 +145,9 @@ params! {
 }
 
 /// The time of a block in s.
-const BLOCK: f64 = 0.1;
+pub const BLOCK: f64 = 0.1;
 /// The longest time in s that the field of a block stands for.
-const LONGEST_FIELD: f64 = 0.2;
+pub const LONGEST_FIELD: f64 = 0.2;
 
 /// A Kalman filter that calibrates its sensors while it runs.
 #[derive(Clone, Debug)]

@@ -14,15 +14,16 @@ use crate::trig::one_minus_exp;
 #[derive(Clone, Debug)]
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
-    gyroscope: [[S; 12]; 3],
-    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt. The turn about the
+    pub gyroscope: [[S; 12]; 3],
+    /// Those of the velocity by the attitude's error, −[F]×. The turn about the
     /// vertical turns the velocity too, so that its error is not one of the velocity, and cannot be taken for one.
-    tilt: Square<S, 3>,
-    acc_bias: Square<S, 3>,
+    pub tilt: Square<S, 3>,
+    /// That of the velocity by the accelerometer's bias, −Σ R dt.
+    pub acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
-    fall: S,
+    pub fall: S,
     /// What is left of the disturbance.
-    kept: S,
+    pub kept: S,
 }
 
 impl<S: Scalar> Transition<S> {
@@ -79,6 +80,26 @@ impl<S: Scalar> Transition<S> {
         }
     }
 
+    /// Fᵀ x.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn apply_transposed(&self, x: &mut Column<S, N>) {
+        for k in 0..12 {
+            let mut sum = x[BIAS + k];
+            for (i, entries) in self.gyroscope.iter().enumerate() {
+                sum = sum + entries[k] * x[THETA + i];
+            }
+            x[BIAS + k] = sum;
+        }
+        x[GRAVITY] = x[GRAVITY] + self.fall * x[VELOCITY + 2];
+        for k in 0..3 {
+            for i in 0..3 {
+                x[THETA + k] = x[THETA + k] + self.tilt[(i, k)] * x[VELOCITY + i];
+                x[ACC_BIAS + k] = x[ACC_BIAS + k] + self.acc_bias[(i, k)] * x[VELOCITY + i];
+            }
+            x[DISTURBANCE + k] = x[DISTURBANCE + k] * self.kept;
+        }
+    }
+
     /// F P Fᵀ: F on each column of P, then on each row.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn propagate(&self, p: &mut Square<S, N>) {
@@ -111,22 +132,7 @@ impl<S: Scalar> Transition<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn predict(&self, lanes: S::Mask, p: &mut Square<S, N>, block: &Block<S>, params: &Params<S>) {
         self.propagate(p);
-        let square = |x: S| x * x;
-        let dt = block.time;
-        let turning2 = square(params.rate_noise) * block.rate2;
-        // What the specific force was where nothing is known of it: gravity, give or take as much.
-        let unknown = (dt - block.force_time).max(S::zero()).min(S::of(1.0)) * params.gravity;
-        let lost = S::one() - square(self.kept);
-        // What is known exactly at the start does not wander.
-        let wandering = |initial: S, noise: S| S::select(S::zero().lt(initial), square(noise) * dt, S::zero());
-        let noises = [
-            (THETA, square(params.gyr_noise) * dt + turning2 + block.slip),
-            (BIAS, wandering(params.initial_bias, params.bias_noise)),
-            (VELOCITY, square(params.velocity_noise) * dt + square(unknown)),
-            (IRON, wandering(params.initial_hard_iron, params.hard_iron_noise)),
-            (DISTURBANCE, square(params.disturbance) * lost),
-        ];
-        for (start, noise) in noises {
+        for (start, noise) in self.noises(block, params) {
             for i in start..start + 3 {
                 p[(i, i)] = p[(i, i)] + S::select(lanes, noise, S::zero());
             }
@@ -140,6 +146,26 @@ impl<S: Scalar> Transition<S> {
             }
         }
         State::bounded(lanes, p, params);
+    }
+
+    /// The variances that the noise of a block adds: the first of three states, and how much to each of them.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn noises(&self, block: &Block<S>, params: &Params<S>) -> [(usize, S); 5] {
+        let square = |x: S| x * x;
+        let dt = block.time;
+        let turning2 = square(params.rate_noise) * block.rate2;
+        // What the specific force was where nothing is known of it: gravity, give or take as much.
+        let unknown = (dt - block.force_time).max(S::zero()).min(S::of(1.0)) * params.gravity;
+        let lost = S::one() - square(self.kept);
+        // What is known exactly at the start does not wander.
+        let wandering = |initial: S, noise: S| S::select(S::zero().lt(initial), square(noise) * dt, S::zero());
+        [
+            (THETA, square(params.gyr_noise) * dt + turning2 + block.slip),
+            (BIAS, wandering(params.initial_bias, params.bias_noise)),
+            (VELOCITY, square(params.velocity_noise) * dt + square(unknown)),
+            (IRON, wandering(params.initial_hard_iron, params.hard_iron_noise)),
+            (DISTURBANCE, square(params.disturbance) * lost),
+        ]
     }
 
     /// The mean after a block, without the attitude, which every sample turns.

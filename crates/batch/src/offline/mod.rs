@@ -2,6 +2,7 @@
 //!
 //! They are computed in `f64` whatever the type of the arrays: nothing of them goes to a microcontroller or into lanes.
 
+pub mod selfcal;
 pub mod vqf;
 
 use ahrs_rs::params::ParamError;
@@ -54,7 +55,8 @@ pub struct OfflineEntry {
 }
 
 /// The offline filters: one line a filter.
-pub const OFFLINE: &[OfflineEntry] = &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }];
+pub const OFFLINE: &[OfflineEntry] =
+    &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }, OfflineEntry { spec: &selfcal::SPEC, make: selfcal::make }];
 
 /// The offline filter of a name.
 pub fn offline_entry(name: &str) -> Option<&'static OfflineEntry> {

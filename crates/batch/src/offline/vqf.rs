@@ -382,7 +382,7 @@ impl OfflineVQF {
 }
 
 /// The rows of a sensor that hold a measurement.
-fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {
+pub fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {
     let row = |&row: &Vec3<f64>| Some(Measured::new(row)).filter(|measured| measured.valid).map(|_| row);
     rows.map_or_else(|| vec![None; samples], |rows| rows.iter().map(row).collect())
 }
@@ -419,7 +419,7 @@ fn filled(angles: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// The attitudes in the frame into which `to` turns, with signs that go on from each other; the first with w ≥ 0.
-fn continuous(attitudes: &[Quat<f64>], to: Quat<f64>) -> Vec<Quat<f64>> {
+pub fn continuous(attitudes: &[Quat<f64>], to: Quat<f64>) -> Vec<Quat<f64>> {
     let mut before = Quat::identity();
     let turns = to.vector().norm2() > 0.0;
     let continued = |&q: &Quat<f64>| {

@@ -8,5 +8,6 @@ mod lanes;
 #[path = "../../../../tests/support/random.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod random;
+mod selfcal;
 mod sweep;
 mod transpose;
