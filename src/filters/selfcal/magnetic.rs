@@ -17,7 +17,7 @@ const LARGEST_DEVIATION: f64 = 16.0;
 /// The time constant in s of the mean field at the start.
 const START_TIME: f64 = 1.0;
 /// The start is over where the inclination is known to this many rad, and after so many s.
-const SETTLED: f64 = 0.05;
+pub const SETTLED: f64 = 0.05;
 const LONGEST_START: f64 = 10.0;
 /// A weight below this counts as rejection; below that the field is not used.
 const REJECTING_WEIGHT: f64 = 0.25;
@@ -93,6 +93,12 @@ impl<S: Scalar> Reference<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn recovers(&self, new_time: S) -> S::Mask {
         (S::of(0.5) * new_time).lt(self.turned)
+    }
+
+    /// Turns what is known of the start's field.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn turn(&mut self, lanes: S::Mask, turn: Quat<S>) {
+        self.sum = Vec3::select(lanes, turn.rotate(self.sum), self.sum);
     }
 
     /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that

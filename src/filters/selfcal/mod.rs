@@ -9,6 +9,7 @@
 
 pub mod block;
 pub mod clipping;
+pub mod level;
 pub mod magnetic;
 pub mod measurement;
 pub mod prediction;
@@ -16,6 +17,7 @@ pub mod state;
 
 use self::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};
 use self::clipping::Clipping;
+use self::level::Level;
 use self::magnetic::{HEADING_SHARE, Reference};
 use self::measurement::{Row, Seen, correct};
 use self::prediction::Transition;
@@ -157,6 +159,7 @@ pub struct SelfCalKF<S: Scalar> {
     block: Block<S>,
     steps: Steps<S>,
     clipping: Clipping<S>,
+    level: Level<S>,
     reference: Reference<S>,
     rest: Rest<S>,
     /// The time since the last specific force.
@@ -179,6 +182,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             block: Block::new(),
             steps: Steps::new(),
             clipping: Clipping::new(),
+            level: Level::new(),
             reference: Reference::new(),
             rest: Rest::new(),
             acc_interval: S::zero(),
@@ -206,6 +210,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.state.forget(lanes, i, initial_variance(&self.params, i));
         }
         self.block.restart(lanes);
+        self.level.restart(tilted);
         self.state.q = Quat::select(lanes, q, self.state.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -288,6 +293,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.block.each(visit);
         self.steps.each(visit);
         self.clipping.each(visit);
+        self.level.each(visit);
         self.reference.each(visit);
         self.rest.each(visit);
         self.ahead.each(visit);
@@ -324,14 +330,16 @@ impl<S: Scalar> SelfCalKF<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn end_block(&mut self, lanes: S::Mask) {
         let params = &self.params;
-        let (block, state) = (&self.block, &mut self.state);
+        let (block, state) = (&mut self.block, &mut self.state);
         let time = S::select(lanes, block.time, S::one());
         let transition = Transition::new(lanes, block, state, params);
         transition.predict(lanes, &mut state.p, block, params);
         transition.move_mean(lanes, state, block);
 
+        let (starting, turn) = self.level.take(lanes, state, block, params);
+        self.reference.turn(starting, turn);
         let rest = lanes & time.lt(S::of(2.0) * block.rest);
-        let [vx, vy, vz] = measurement::velocity(lanes, rest, state, time, params);
+        let [vx, vy, vz] = measurement::velocity(lanes & !starting, rest, state, time, params);
         let mut measurements =
             [vx, vy, vz, Row::none(), Row::none(), Row::none(), Row::none(), Row::none(), Row::none()];
         if rest.any() {

@@ -59,25 +59,27 @@ impl<S: Scalar> Transition<S> {
         }
     }
 
-    /// F x.
+    /// F x. The force pushes the velocity along the mean of the attitude's errors at the start and the end of the block.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply(&self, x: &mut Column<S, N>) {
+        let mut mean = [S::zero(); 3];
+        for (i, entries) in self.gyroscope.iter().enumerate() {
+            let mut grown = S::zero();
+            for (k, entry) in entries.iter().enumerate() {
+                grown = grown + *entry * x[BIAS + k];
+            }
+            mean[i] = x[THETA + i] + S::of(0.5) * grown;
+            x[THETA + i] = x[THETA + i] + grown;
+        }
         for i in 0..3 {
             let mut sum = x[VELOCITY + i];
             for k in 0..3 {
-                sum = sum + (self.tilt[(i, k)] * x[THETA + k] + self.acc_bias[(i, k)] * x[ACC_BIAS + k]);
+                sum = sum + (self.tilt[(i, k)] * mean[k] + self.acc_bias[(i, k)] * x[ACC_BIAS + k]);
             }
             x[VELOCITY + i] = sum;
             x[DISTURBANCE + i] = x[DISTURBANCE + i] * self.kept;
         }
         x[VELOCITY + 2] = x[VELOCITY + 2] + self.fall * x[GRAVITY];
-        for (i, entries) in self.gyroscope.iter().enumerate() {
-            let mut sum = x[THETA + i];
-            for (k, entry) in entries.iter().enumerate() {
-                sum = sum + *entry * x[BIAS + k];
-            }
-            x[THETA + i] = sum;
-        }
     }
 
     /// Fᵀ x.
