@@ -135,7 +135,9 @@ impl<S: Scalar> Block<S> {
                 visit(value);
             }
         }
-        for value in [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields] {
+        for value in
+            [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields]
+        {
             visit(value);
         }
     }

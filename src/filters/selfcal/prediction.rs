@@ -165,4 +165,3 @@ impl<S: Scalar> Transition<S> {
         state.put(lanes, DISTURBANCE, state.disturbance() * self.kept);
     }
 }
-

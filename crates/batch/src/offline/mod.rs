@@ -55,10 +55,8 @@ pub struct OfflineEntry {
 }
 
 /// The offline filters: one line a filter.
-pub const OFFLINE: &[OfflineEntry] = &[
-    OfflineEntry { spec: &vqf::SPEC, make: vqf::make },
-    OfflineEntry { spec: &selfcal::SPEC, make: selfcal::make },
-];
+pub const OFFLINE: &[OfflineEntry] =
+    &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }, OfflineEntry { spec: &selfcal::SPEC, make: selfcal::make }];
 
 /// The offline filter of a name.
 pub fn offline_entry(name: &str) -> Option<&'static OfflineEntry> {

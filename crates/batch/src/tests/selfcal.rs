@@ -3,7 +3,9 @@
 use ahrs_rs::filters::SelfCalKF;
 use ahrs_rs::filters::kalman::{Column, zeros};
 use ahrs_rs::filters::selfcal::Params;
-use ahrs_rs::filters::selfcal::state::{BIAS, DELAY, GRAVITY, HORIZONTAL, IRON, MATRIX, N, State, VERTICAL, initial_variance};
+use ahrs_rs::filters::selfcal::state::{
+    BIAS, DELAY, GRAVITY, HORIZONTAL, IRON, MATRIX, N, State, VERTICAL, initial_variance,
+};
 use ahrs_rs::params::ParamSet;
 use ahrs_rs::so3::{exp_half, rotate_by};
 use ahrs_rs::{Estimator, Quat, Settings, Vec3};
@@ -112,7 +114,8 @@ fn causal(series: &Series) -> Vec<Quat<f64>> {
 
 /// The samples of a simulation, its blocks about a trajectory that is off, the prior, and the parameters.
 fn some_blocks(seconds: f64, turn: f64) -> (Samples, Vec<usize>, Trajectory, Column<f64, N>, Params<f64>) {
-    let (series, truth) = simulated(5, seconds, Faults { bias: [0.003, -0.002, 0.001], rest: 0.35, ..Faults::default() });
+    let (series, truth) =
+        simulated(5, seconds, Faults { bias: [0.003, -0.002, 0.001], rest: 0.35, ..Faults::default() });
     let params = Params::from_values(&[]).unwrap();
     let mut steps = series.dt.clone();
     steps[0] = 0.0;
@@ -130,11 +133,14 @@ fn some_blocks(seconds: f64, turn: f64) -> (Samples, Vec<usize>, Trajectory, Col
     let mut random = Random(6);
     let north = exp_half(Vec3::of([0.0, 0.0, 0.5 * turn]));
     let mut off = |q: Quat<f64>| north * exp_half(Vec3::of(random.normal3()) * 0.01) * q;
-    let quat = std::iter::once(truth[0]).chain(ends.iter().map(|&end| truth[end - 1])).map(&mut off).collect::<Vec<_>>();
+    let quat =
+        std::iter::once(truth[0]).chain(ends.iter().map(|&end| truth[end - 1])).map(&mut off).collect::<Vec<_>>();
     let mut mean: Column<f64, N> = zeros();
     let mut prior = mean;
     (prior[GRAVITY], prior[HORIZONTAL], prior[VERTICAL]) = (GRAVITY_HERE, 20.0 / norm, -40.0 / norm);
-    for (i, value) in [(GRAVITY, 9.81), (HORIZONTAL, 0.44), (VERTICAL, -0.9), (DELAY, 0.002), (IRON, 1e-3), (MATRIX, 1e-3)] {
+    for (i, value) in
+        [(GRAVITY, 9.81), (HORIZONTAL, 0.44), (VERTICAL, -0.9), (DELAY, 0.002), (IRON, 1e-3), (MATRIX, 1e-3)]
+    {
         mean[i] = value;
     }
     let mean = (0..quat.len())
@@ -240,8 +246,10 @@ fn the_smoother_is_the_dense_solution_of_all_measurements_at_once() {
     }
     assert!(filter.steps.iter().any(|step| step.lost.is_some()));
     assert!(seen.len() > 50);
-    let ch: Vec<Vec<f64>> =
-        seen.iter().map(|(h, _, _)| (0..N * nodes).map(|i| h.iter().map(|(at, h)| covariance[i][*at] * h).sum()).collect()).collect();
+    let ch: Vec<Vec<f64>> = seen
+        .iter()
+        .map(|(h, _, _)| (0..N * nodes).map(|i| h.iter().map(|(at, h)| covariance[i][*at] * h).sum()).collect())
+        .collect();
     let mut s = vec![vec![0.0; seen.len()]; seen.len()];
     for (a, (h, _, r)) in seen.iter().enumerate() {
         for b in 0..seen.len() {
@@ -365,7 +373,8 @@ fn it_says_that_rest_shows_neither_delay_nor_matrix() {
 
 #[test]
 fn it_repairs_a_start_in_motion_in_a_field_that_is_wrong() {
-    let faults = Faults { magnet: (15.0, [25.0, -15.0, 15.0]), delay: 0.01, bias: [0.004, 0.0, -0.003], ..Faults::default() };
+    let faults =
+        Faults { magnet: (15.0, [25.0, -15.0, 15.0]), delay: 0.01, bias: [0.004, 0.0, -0.003], ..Faults::default() };
     let (series, truth) = simulated(21, 120.0, faults);
     let start = 0..1000;
     let before = rms(&causal(&series)[start.clone()], &truth[start.clone()]);

@@ -99,7 +99,8 @@ impl Samples {
             let rates: Vec<f64> = rates.collect();
             let largest = if range > 0.0 { range } else { rates.iter().copied().fold(0.0, f64::max) };
             let at_the_end = |rate: &f64| *rate > AT_THE_END * largest;
-            let staying = || rates.chunk_by(|a, b| at_the_end(a) == at_the_end(b)).filter(|run| run.iter().all(at_the_end));
+            let staying =
+                || rates.chunk_by(|a, b| at_the_end(a) == at_the_end(b)).filter(|run| run.iter().all(at_the_end));
             let stays: usize = staying().map(<[f64]>::len).filter(|&len| len >= CLIPPED_SAMPLES).sum();
             let near = rates.iter().filter(|&&rate| rate > NEAR_THE_END * largest).count();
             if range > 0.0 || (largest > SMALLEST_RANGE && near as f64 <= NEAR_FOR_EACH * stays as f64) {
@@ -124,11 +125,13 @@ impl Samples {
             (state.q, state.mean) = (q, *mean);
             let mut sums = Block::new();
             let rows = start..end;
-            let sensors = self.acc.get(rows.clone()).into_iter().flatten().zip(self.mag.get(rows.clone()).into_iter().flatten());
+            let sensors =
+                self.acc.get(rows.clone()).into_iter().flatten().zip(self.mag.get(rows.clone()).into_iter().flatten());
             let rest = self.rest.get(rows.clone()).into_iter().flatten();
             let rest = rest.zip(self.clipped.get(rows.clone()).into_iter().flatten());
             let mut clipped = [0.0; 3];
-            let rates = self.rates.get(rows.clone()).into_iter().flatten().zip(self.steps.get(rows).into_iter().flatten());
+            let rates =
+                self.rates.get(rows.clone()).into_iter().flatten().zip(self.steps.get(rows).into_iter().flatten());
             for (((&gyr, &dt), (acc, mag)), (&rest, ends)) in rates.zip(sensors).zip(rest) {
                 let rate = gyr - state.bias();
                 let turning = rate + state.misaligned(rate);
@@ -164,7 +167,13 @@ impl Samples {
 
     /// The attitudes of all samples along a trajectory: what the angular rate does not explain of a block is spread over it
     /// in proportion to the time.
-    pub fn attitudes(&self, ends: &[usize], trajectory: &Trajectory, state: &mut State<f64>, latency: f64) -> Vec<Quat<f64>> {
+    pub fn attitudes(
+        &self,
+        ends: &[usize],
+        trajectory: &Trajectory,
+        state: &mut State<f64>,
+        latency: f64,
+    ) -> Vec<Quat<f64>> {
         let mut quats: Vec<Quat<f64>> = Vec::with_capacity(self.steps.len());
         let mut turns = Vec::new();
         let mut start = 0;

@@ -69,19 +69,15 @@ pub const SPEC: FilterSpec = FilterSpec {
             doc: "matrix M of the gyroscope: the angular rate is (I + M)(ω − b)",
             shape: &[3, 3],
         },
-        OutputSpec {
-            name: "gyr_matrix_sigma",
-            doc: "standard deviations of its entries",
-            shape: &[3, 3],
-        },
+        OutputSpec { name: "gyr_matrix_sigma", doc: "standard deviations of its entries", shape: &[3, 3] },
         OutputSpec { name: "acc_bias", doc: "bias of the accelerometer, m/s²", shape: &[3] },
         OutputSpec { name: "mag_delay", doc: "delay of the magnetometer behind the gyroscope, s", shape: &[] },
+        OutputSpec { name: "mag_delay_sigma", doc: "standard deviation of that delay, s", shape: &[] },
         OutputSpec {
-            name: "mag_delay_sigma",
-            doc: "standard deviation of that delay, s",
-            shape: &[],
+            name: "hard_iron",
+            doc: "field of the sensor's own, sensor frame, unit of the magnetometer",
+            shape: &[3],
         },
-        OutputSpec { name: "hard_iron", doc: "field of the sensor's own, sensor frame, unit of the magnetometer", shape: &[3] },
         OutputSpec {
             name: "disturbance",
             doc: "disturbance of the field where the sensor is, east, north and up, unit of the magnetometer",
@@ -239,8 +235,7 @@ impl Offline for SelfCalSmoother {
         }
         let mut samples = Samples { steps, acc, mag, ..Samples::default() };
         let causal = self.causal(series, &mut samples, watch)?;
-        let limits =
-            Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
+        let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
         samples.find_clipped(self.params.gyr_range);
         samples.find_rest(&limits, vec3(&causal.mean, BIAS));
 
@@ -269,8 +264,12 @@ impl Offline for SelfCalSmoother {
         let mut start = 0;
         for ((block, mean), &end) in found.blocks.iter().zip(&found.trajectory.mean).zip(&ends) {
             for ((missing, &rest), mag) in each.by_ref().take(end - start) {
-                let flags =
-                    Flags { rest, mag_rejected: mag.is_some() && rejected(block), not_aligned: !inclined, ..Flags::none() };
+                let flags = Flags {
+                    rest,
+                    mag_rejected: mag.is_some() && rejected(block),
+                    not_aligned: !inclined,
+                    ..Flags::none()
+                };
                 status.push(missing | flags.bits(0));
                 gyr_bias.push(vec3(mean, BIAS));
             }

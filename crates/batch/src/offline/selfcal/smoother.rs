@@ -7,14 +7,14 @@
 
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
+use ahrs_rs::Quat;
 use ahrs_rs::filters::kalman::{Column, Square, product, rows, transposed, vec3, zeros};
+use ahrs_rs::filters::selfcal::Params;
 use ahrs_rs::filters::selfcal::measurement::{self, Row, Seen};
 use ahrs_rs::filters::selfcal::prediction::Transition;
 use ahrs_rs::filters::selfcal::state::{
     ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, MATRIX, N, State, THETA, VELOCITY, initial_variance,
 };
-use ahrs_rs::filters::selfcal::Params;
-use ahrs_rs::Quat;
 use ahrs_rs::so3::exp_half;
 
 use super::blocks::{Summed, Trajectory, rotation_vector};
