@@ -151,13 +151,7 @@ struct Faults {
 }
 
 /// Runs the filter on a sensor that turns about in one place, at 100 Hz; `each` sees truth and filter at every sample.
-fn simulate<S: Real>(
-    seed: u64,
-    seconds: f64,
-    faults: Faults,
-    nine: bool,
-    each: &mut impl FnMut(f64, Quat<f64>, Quat<S>),
-) -> Estimator<S, SelfCalKF<S>> {
+fn simulate<S: Real>(seed: u64, seconds: f64, faults: Faults, nine: bool, each: &mut impl FnMut(f64, Quat<f64>, Quat<S>)) -> Estimator<S, SelfCalKF<S>> {
     let mut random = Random(seed);
     let params = <SelfCalKF<S> as Filter<S>>::Params::from_values(&[]).unwrap();
     let mut estimator = Estimator::<S, SelfCalKF<S>>::new(&params, Settings::default());

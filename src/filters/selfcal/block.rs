@@ -135,9 +135,7 @@ impl<S: Scalar> Block<S> {
                 visit(value);
             }
         }
-        for value in
-            [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields]
-        {
+        for value in [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields] {
             visit(value);
         }
     }

@@ -85,14 +85,7 @@ impl<S: Scalar> Reference<S> {
     /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that
     /// is over.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn settle(
-        &mut self,
-        lanes: S::Mask,
-        state: &mut State<S>,
-        field: Vec3<S>,
-        dt: S,
-        params: &Params<S>,
-    ) -> S::Mask {
+    pub fn settle(&mut self, lanes: S::Mask, state: &mut State<S>, field: Vec3<S>, dt: S, params: &Params<S>) -> S::Mask {
         let done = S::of(0.5).lt(self.settled);
         let going = lanes & !done;
         if going.any() {

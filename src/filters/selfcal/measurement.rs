@@ -85,13 +85,7 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
 
 /// The velocity, which is never far from zero for long: a pseudo-measurement, that of rest where the sensor rests.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn velocity<S: Scalar>(
-    lanes: S::Mask,
-    rest: S::Mask,
-    state: &State<S>,
-    time: S,
-    params: &Params<S>,
-) -> [Row<S>; 3] {
+pub fn velocity<S: Scalar>(lanes: S::Mask, rest: S::Mask, state: &State<S>, time: S, params: &Params<S>) -> [Row<S>; 3] {
     let moving = S::of(2.0) * params.velocity * params.velocity * params.velocity_time / time;
     let variance = S::select(rest, params.rest_velocity * params.rest_velocity, moving);
     let v = state.velocity();
@@ -101,13 +95,7 @@ pub fn velocity<S: Scalar>(
 
 /// The gyroscope's bias, which is its rate at rest.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn rest<S: Scalar>(
-    lanes: S::Mask,
-    mean_rate: Vec3<S>,
-    state: &State<S>,
-    time: S,
-    params: &Params<S>,
-) -> [Row<S>; 3] {
+pub fn rest<S: Scalar>(lanes: S::Mask, mean_rate: Vec3<S>, state: &State<S>, time: S, params: &Params<S>) -> [Row<S>; 3] {
     let variance = params.rest_noise * params.rest_noise / time;
     let off = mean_rate - state.bias();
     let row = |i: usize, off: S| Row::of_one(lanes, BIAS + i, off, variance);
@@ -134,7 +122,8 @@ impl<S: Scalar> Seen<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(block: &Block<S>, state: &State<S>) -> Self {
         let over = S::one() / block.fields.max(S::one());
-        let turn = Matrix3 { x: block.field_turn.x * over, y: block.field_turn.y * over, z: block.field_turn.z * over };
+        let turn =
+            Matrix3 { x: block.field_turn.x * over, y: block.field_turn.y * over, z: block.field_turn.z * over };
         let field = block.field * over;
         let clean = field - turn.apply(state.hard_iron());
         let expected = Vec3::new(S::zero(), state.mean[HORIZONTAL], state.mean[VERTICAL]);

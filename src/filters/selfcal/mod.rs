@@ -51,12 +51,12 @@ pub const SPEC: FilterSpec = FilterSpec {
             shape: &[3, 3],
         },
         OutputSpec { name: "mag_delay", doc: "delay of the magnetometer behind the gyroscope, s", shape: &[] },
-        OutputSpec { name: "mag_delay_sigma", doc: "standard deviation of that delay, s", shape: &[] },
         OutputSpec {
-            name: "hard_iron",
-            doc: "field of the sensor's own, sensor frame, unit of the magnetometer",
-            shape: &[3],
+            name: "mag_delay_sigma",
+            doc: "standard deviation of that delay, s",
+            shape: &[],
         },
+        OutputSpec { name: "hard_iron", doc: "field of the sensor's own, sensor frame, unit of the magnetometer", shape: &[3] },
         OutputSpec {
             name: "disturbance",
             doc: "disturbance of the field where the sensor is, east, north and up, unit of the magnetometer",
@@ -308,8 +308,7 @@ impl<S: Scalar> SelfCalKF<S> {
 
         let rest = lanes & time.lt(S::of(2.0) * block.rest);
         let [vx, vy, vz] = measurement::velocity(lanes, rest, state, time, params);
-        let mut measurements =
-            [vx, vy, vz, Row::none(), Row::none(), Row::none(), Row::none(), Row::none(), Row::none()];
+        let mut measurements = [vx, vy, vz, Row::none(), Row::none(), Row::none(), Row::none(), Row::none(), Row::none()];
         if rest.any() {
             let [bx, by, bz] = measurement::rest(rest, block.gyr * (S::one() / time), state, time, params);
             (measurements[3], measurements[4], measurements[5]) = (bx, by, bz);

@@ -165,3 +165,4 @@ impl<S: Scalar> Transition<S> {
         state.put(lanes, DISTURBANCE, state.disturbance() * self.kept);
     }
 }
+

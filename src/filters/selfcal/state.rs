@@ -3,7 +3,9 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Params;
-use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros};
+use crate::filters::kalman::{
+    Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros,
+};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Quat, Vec3, exp_half};
 
