@@ -31,19 +31,32 @@ pub struct Block<S> {
     pub rate2: S,
     /// The variance in rad² that irregular steps add to the attitude.
     pub slip: S,
+    /// That of clipped rates, Σ R diag(variances) Rᵀ.
+    pub clipped: Matrix3<S>,
     /// Σ ω dt as measured.
     pub gyr: Vec3<S>,
     /// The time at rest.
     pub rest: S,
-    /// The specific force: Σ R (a − b̂_a) dt, Σ R dt, and the time that it stands for.
+    /// The specific force, Σ R (a − b̂_a) dt.
     pub force: Vec3<S>,
+    /// Σ R dt over its samples.
     pub force_turn: Matrix3<S>,
+    /// The time that they stand for.
     pub force_time: S,
-    /// The field, its change with the magnetometer's delay, and the rotation: sums over its samples, and their number.
+    /// The field, Σ R m, each as it was a delay before.
     pub field: Vec3<S>,
+    /// Its change with the delay.
     pub field_change: Vec3<S>,
+    /// Σ R over its samples.
     pub field_turn: Matrix3<S>,
+    /// Their number.
     pub fields: S,
+}
+
+impl<S: Scalar> Default for Block<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Block<S> {
@@ -56,6 +69,7 @@ impl<S: Scalar> Block<S> {
             matrix: [m; 3],
             rate2: o,
             slip: o,
+            clipped: m,
             gyr: v,
             rest: o,
             force: v,
@@ -85,15 +99,28 @@ impl<S: Scalar> Block<S> {
         self.gyr = self.gyr + gyr * dt;
     }
 
-    /// The specific force where the mask is true, standing for the time `dt`.
+    /// The variances that clipped rates add to the angles of the sensor's axes.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn pushes(&mut self, lanes: S::Mask, r: Matrix3<S>, force: Vec3<S>, state: &State<S>, dt: S) {
+    pub fn clips(&mut self, r: Matrix3<S>, variances: Vec3<S>) {
+        let scaled = |row: Vec3<S>| Vec3::new(row.x * variances.x, row.y * variances.y, row.z * variances.z);
+        let Matrix3 { x, y, z } = &mut self.clipped;
+        for (sum, row) in [(x, r.x), (y, r.y), (z, r.z)] {
+            *sum = *sum + r.apply(scaled(row));
+        }
+    }
+
+    /// The specific force where the mask is true, standing for the time `dt`. Gives where it is beyond what counts.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn pushes(&mut self, lanes: S::Mask, r: Matrix3<S>, force: Vec3<S>, state: &State<S>, dt: S) -> S::Mask {
+        let largest = S::of(SATURATION) * state.gravity();
+        let beyond = lanes & (largest * largest).lt(force.norm2());
+        let lanes = lanes & !beyond;
         let dt = S::select(lanes, dt, S::zero());
-        let gravity = state.gravity();
-        let force = saturated(Vec3::select(lanes, force, Vec3::zero()), S::of(SATURATION) * gravity);
+        let force = Vec3::select(lanes, force, Vec3::zero());
         self.force = self.force + r.apply(force - state.acc_bias()) * dt;
         self.force_turn = plus(self.force_turn, r, dt);
         self.force_time = self.force_time + dt;
+        beyond
     }
 
     /// The field (in norms of the reference) where the mask is true: it is that of the attitude a delay before, R exp(−[ω τ̂]×) m,
@@ -122,8 +149,8 @@ impl<S: Scalar> Block<S> {
     /// Calls `visit` for each variable.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
-        let Block { turn, force_turn, field_turn, matrix: [x, y, z], .. } = self;
-        for rows in [turn, force_turn, field_turn, x, y, z] {
+        let Block { turn, clipped, force_turn, field_turn, matrix: [x, y, z], .. } = self;
+        for rows in [turn, clipped, force_turn, field_turn, x, y, z] {
             for row in [&mut rows.x, &mut rows.y, &mut rows.z] {
                 for value in [&mut row.x, &mut row.y, &mut row.z] {
                     visit(value);
@@ -135,7 +162,9 @@ impl<S: Scalar> Block<S> {
                 visit(value);
             }
         }
-        for value in [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields] {
+        for value in
+            [&mut self.time, &mut self.rate2, &mut self.slip, &mut self.rest, &mut self.force_time, &mut self.fields]
+        {
             visit(value);
         }
     }
@@ -150,6 +179,12 @@ pub struct Steps<S> {
     known: S,
     /// The usual step in s.
     usual: S,
+}
+
+impl<S: Scalar> Default for Steps<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Steps<S> {

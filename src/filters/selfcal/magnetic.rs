@@ -17,7 +17,7 @@ const LARGEST_DEVIATION: f64 = 16.0;
 /// The time constant in s of the mean field at the start.
 const START_TIME: f64 = 1.0;
 /// The start is over where the inclination is known to this many rad, and after so many s.
-const SETTLED: f64 = 0.05;
+pub const SETTLED: f64 = 0.05;
 const LONGEST_START: f64 = 10.0;
 /// A weight below this counts as rejection; below that the field is not used.
 const REJECTING_WEIGHT: f64 = 0.25;
@@ -40,12 +40,19 @@ pub struct Reference<S> {
     /// The mean field of the start, and the weight that it is of.
     sum: Vec3<S>,
     count: S,
-    /// The deviation of the field, low-pass filtered, and the weight of the last block.
+    /// The deviation of the field, low-pass filtered.
     deviation: S,
+    /// The weight of the last block.
     pub weight: S,
     /// A field (earth frame) that may be a new reference, and how long it has been the same while the sensor turned.
     candidate: Vec3<S>,
     turned: S,
+}
+
+impl<S: Scalar> Default for Reference<S> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<S: Scalar> Reference<S> {
@@ -82,10 +89,29 @@ impl<S: Scalar> Reference<S> {
         self.weight.lt(S::of(REJECTING_WEIGHT))
     }
 
+    /// Where the field that counts little has been that of one place for half the time after which it is the new reference.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn recovers(&self, new_time: S) -> S::Mask {
+        (S::of(0.5) * new_time).lt(self.turned)
+    }
+
+    /// Turns what is known of the start's field.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn turn(&mut self, lanes: S::Mask, turn: Quat<S>) {
+        self.sum = Vec3::select(lanes, turn.rotate(self.sum), self.sum);
+    }
+
     /// While the inclination is not known yet, the reference and the heading are those of the mean field. Gives where that
     /// is over.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn settle(&mut self, lanes: S::Mask, state: &mut State<S>, field: Vec3<S>, dt: S, params: &Params<S>) -> S::Mask {
+    pub fn settle(
+        &mut self,
+        lanes: S::Mask,
+        state: &mut State<S>,
+        field: Vec3<S>,
+        dt: S,
+        params: &Params<S>,
+    ) -> S::Mask {
         let done = S::of(0.5).lt(self.settled);
         let going = lanes & !done;
         if going.any() {

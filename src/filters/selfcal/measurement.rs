@@ -4,7 +4,7 @@
 
 use super::Params;
 use super::block::Block;
-use super::state::{BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, N, State, TURN, VELOCITY, VERTICAL};
+use super::state::{BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, N, State, THETA, TURN, VELOCITY, VERTICAL};
 use crate::filters::kalman::{Column, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Matrix3, Vec3};
@@ -12,7 +12,7 @@ use crate::so3::{Matrix3, Vec3};
 /// How much of the old diagonal is added in every correction, in epsilons of the scalar: more than the typical rounding.
 const ROUNDING: f64 = 4.0;
 /// The largest number of states that a measurement shows.
-const SEEN: usize = 7;
+const SEEN: usize = 9;
 
 /// A scalar measurement z = h x + noise of the error x.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,8 @@ pub struct Row<S: Scalar> {
     pub z: S,
     /// The variance of the noise.
     pub r: S,
+    /// True where it is not to move the inclination.
+    pub level: bool,
 }
 
 impl<S: Scalar> Row<S> {
@@ -39,7 +41,7 @@ impl<S: Scalar> Row<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn of_one(lanes: S::Mask, state: usize, z: S, r: S) -> Self {
         let o = S::zero();
-        Row { lanes, at: [state, 0, 0, 0, 0, 0, 0], h: [S::one(), o, o, o, o, o, o], z, r }
+        Row { lanes, at: [state, 0, 0, 0, 0, 0, 0, 0, 0], h: [S::one(), o, o, o, o, o, o, o, o], z, r, level: false }
     }
 }
 
@@ -71,13 +73,21 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
         let nu = S::select(lanes, row.z - known, S::zero());
         let spare = S::select(lanes, S::of(ROUNDING) * S::splat(S::Real::EPSILON), S::zero());
         let nu_over_s = nu * over_s;
+        // The gain of the inclination is zero where it is not to move (Schmidt), and its covariance stays.
+        let gain = if row.level { TURN } else { 0 };
+        let tilt = [p[(0, 0)], p[(0, 1)], p[(1, 1)]];
         for j in 0..N {
             let (vj, grown) = (v[j], p[(j, j)] * spare);
             for i in 0..N {
                 p[(i, j)] = p[(i, j)] - (v[i] * vj) * over_s;
             }
             p[(j, j)] = p[(j, j)] + grown;
-            x[j] = x[j] + vj * nu_over_s;
+            if j >= gain {
+                x[j] = x[j] + vj * nu_over_s;
+            }
+        }
+        if row.level {
+            (p[(0, 0)], p[(0, 1)], p[(1, 0)], p[(1, 1)]) = (tilt[0], tilt[1], tilt[1], tilt[2]);
         }
     }
     x
@@ -85,7 +95,13 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
 
 /// The velocity, which is never far from zero for long: a pseudo-measurement, that of rest where the sensor rests.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn velocity<S: Scalar>(lanes: S::Mask, rest: S::Mask, state: &State<S>, time: S, params: &Params<S>) -> [Row<S>; 3] {
+pub fn velocity<S: Scalar>(
+    lanes: S::Mask,
+    rest: S::Mask,
+    state: &State<S>,
+    time: S,
+    params: &Params<S>,
+) -> [Row<S>; 3] {
     let moving = S::of(2.0) * params.velocity * params.velocity * params.velocity_time / time;
     let variance = S::select(rest, params.rest_velocity * params.rest_velocity, moving);
     let v = state.velocity();
@@ -95,7 +111,13 @@ pub fn velocity<S: Scalar>(lanes: S::Mask, rest: S::Mask, state: &State<S>, time
 
 /// The gyroscope's bias, which is its rate at rest.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn rest<S: Scalar>(lanes: S::Mask, mean_rate: Vec3<S>, state: &State<S>, time: S, params: &Params<S>) -> [Row<S>; 3] {
+pub fn rest<S: Scalar>(
+    lanes: S::Mask,
+    mean_rate: Vec3<S>,
+    state: &State<S>,
+    time: S,
+    params: &Params<S>,
+) -> [Row<S>; 3] {
     let variance = params.rest_noise * params.rest_noise / time;
     let off = mean_rate - state.bias();
     let row = |i: usize, off: S| Row::of_one(lanes, BIAS + i, off, variance);
@@ -122,8 +144,7 @@ impl<S: Scalar> Seen<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(block: &Block<S>, state: &State<S>) -> Self {
         let over = S::one() / block.fields.max(S::one());
-        let turn =
-            Matrix3 { x: block.field_turn.x * over, y: block.field_turn.y * over, z: block.field_turn.z * over };
+        let turn = Matrix3 { x: block.field_turn.x * over, y: block.field_turn.y * over, z: block.field_turn.z * over };
         let field = block.field * over;
         let clean = field - turn.apply(state.hard_iron());
         let expected = Vec3::new(S::zero(), state.mean[HORIZONTAL], state.mean[VERTICAL]);
@@ -151,21 +172,18 @@ impl<S: Scalar> Seen<S> {
         let one = S::one();
         let Vec3 { x, y, z } = self.field;
         let nu = self.off - state.disturbance();
-        // Of the two angles of the inclination.
-        let tilt = S::of(4.0) * state.tilt_variance();
-        let level = variance + tilt * (z * z);
-        let upright = variance + tilt * (x * x + y * y);
-        let row = |i: usize, turn: S, iron: Vec3<S>, reference: (usize, S), change: S, z: S, r: S| Row {
+        let row = |i: usize, [east, north, turn]: [S; 3], iron: Vec3<S>, reference: (usize, S), change: S, z: S| Row {
             lanes,
-            at: [TURN, IRON, IRON + 1, IRON + 2, DISTURBANCE + i, reference.0, DELAY],
-            h: [turn, iron.x, iron.y, iron.z, one, reference.1, change],
+            at: [THETA, THETA + 1, TURN, IRON, IRON + 1, IRON + 2, DISTURBANCE + i, reference.0, DELAY],
+            h: [east, north, turn, iron.x, iron.y, iron.z, one, reference.1, change],
             z,
-            r,
+            r: variance,
+            level: true,
         };
         [
-            row(0, y, self.turn.x, (HORIZONTAL, o), self.change.x, nu.x, level),
-            row(1, -x, self.turn.y, (HORIZONTAL, one), self.change.y, nu.y, level),
-            row(2, o, self.turn.z, (VERTICAL, one), self.change.z, nu.z, upright),
+            row(0, [o, -z, y], self.turn.x, (HORIZONTAL, o), self.change.x, nu.x),
+            row(1, [z, o, -x], self.turn.y, (HORIZONTAL, one), self.change.y, nu.y),
+            row(2, [-y, x, o], self.turn.z, (VERTICAL, one), self.change.z, nu.z),
         ]
     }
 }

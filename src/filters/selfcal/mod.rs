@@ -8,12 +8,16 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 pub mod block;
+pub mod clipping;
+pub mod level;
 pub mod magnetic;
 pub mod measurement;
 pub mod prediction;
 pub mod state;
 
 use self::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};
+use self::clipping::Clipping;
+use self::level::Level;
 use self::magnetic::{HEADING_SHARE, Reference};
 use self::measurement::{Row, Seen, correct};
 use self::prediction::Transition;
@@ -51,12 +55,12 @@ pub const SPEC: FilterSpec = FilterSpec {
             shape: &[3, 3],
         },
         OutputSpec { name: "mag_delay", doc: "delay of the magnetometer behind the gyroscope, s", shape: &[] },
+        OutputSpec { name: "mag_delay_sigma", doc: "standard deviation of that delay, s", shape: &[] },
         OutputSpec {
-            name: "mag_delay_sigma",
-            doc: "standard deviation of that delay, s",
-            shape: &[],
+            name: "hard_iron",
+            doc: "field of the sensor's own, sensor frame, unit of the magnetometer",
+            shape: &[3],
         },
-        OutputSpec { name: "hard_iron", doc: "field of the sensor's own, sensor frame, unit of the magnetometer", shape: &[3] },
         OutputSpec {
             name: "disturbance",
             doc: "disturbance of the field where the sensor is, east, north and up, unit of the magnetometer",
@@ -76,6 +80,8 @@ params! {
     real gyr_noise: "rad/s/√Hz" = 3e-4 in [1e-9, 1e3];
     /// Noise density of the gyroscope for each rad/s that it turns.
     real rate_noise: "1/√Hz" = 7e-4 in [0.0, 1e3];
+    /// The largest rate that an axis of the gyroscope shows; 0 where it is not known, and found where readings stand still.
+    real gyr_range: "rad/s" = 0.0 in [0.0, 1e3];
     /// Noise density of the bias' rate (rate random walk).
     real bias_noise: "rad/s²/√Hz" = 5e-5 in [0.0, 1e3];
     /// Standard deviation of the velocity.
@@ -85,17 +91,19 @@ params! {
     /// Noise density of the accelerometer.
     real velocity_noise: "m/s²/√Hz" = 0.01 in [1e-6, 1e3];
     /// Noise density of a component of the magnetometer, in norms of the field.
-    real mag_noise: "1/√Hz" = 0.035 in [1e-6, 1e3];
+    real mag_noise: "1/√Hz" = 0.04 in [1e-6, 1e3];
     /// How much it grows for each rad/s that the sensor turns.
     real mag_rate_noise: "s/rad/√Hz" = 7e-4 in [0.0, 1e3];
-    /// Deviation of the field from its reference, in its norms, at which it begins to count less.
-    real mag_tolerance: "1" = 0.09 in [1e-6, 1e3];
+    /// Deviation of the field from its reference, in its norms, at which it begins to count less (1e9: every
+    /// field counts alike).
+    real mag_tolerance: "1" = 0.09 in [1e-6, 1e9];
     /// How slowly it does: the weight is (1 + (deviation/tolerance)²/tail)⁻².
     real mag_tail: "1" = 1.7 in [1e-3, 1e6];
     /// Time of movement after which a field that is not the reference's, but the same all the time, is the new reference.
     real mag_new_time: "s" = 20.0 in [0.0, 1e6];
-    /// Standard deviation of the field's disturbance, in norms of the field.
-    real disturbance: "1" = 0.02 in [0.0, 1e3];
+    /// Standard deviation of the field's disturbance, in norms of the field. Here and in all that follows, 0 takes the state
+    /// out of the estimate.
+    real disturbance: "1" = 0.018 in [0.0, 1e3];
     /// The time for which a disturbance lasts.
     real disturbance_time: "s" = 8.0 in [1e-3, 1e6];
     /// How fast the hard iron wanders, in norms of the field.
@@ -117,7 +125,7 @@ params! {
     /// Standard deviation of the heading at the start.
     real initial_heading: "rad" = 1.0 in [1e-6, 1e3];
     /// Standard deviation of the gyroscope's bias at the start; it never becomes larger.
-    real initial_bias: "rad/s" = 0.0087 in [1e-9, 1e3];
+    real initial_bias: "rad/s" = 0.0087 in [0.0, 1e3];
     /// The same of each entry of the gyroscope's matrix.
     real initial_matrix: "1" = 0.003 in [0.0, 1e3];
     /// The same of the velocity.
@@ -128,12 +136,10 @@ params! {
     real initial_gravity: "m/s²" = 0.05 in [0.0, 1e3];
     /// The same of the hard iron, in norms of the field.
     real initial_hard_iron: "1" = 1e-3 in [0.0, 1e3];
-    /// The same of the disturbance, in norms of the field.
-    real initial_disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The same of the reference field, in its norms.
-    real initial_field: "1" = 0.05 in [1e-9, 1e3];
+    real initial_field: "1" = 0.05 in [0.0, 1e3];
     /// The same of the magnetometer's delay.
-    real initial_delay: "s" = 0.01 in [0.0, 1.0];
+    real initial_delay: "s" = 0.015 in [0.0, 1.0];
     /// Delay of all sensors behind the attitude that is wanted, by which the output is turned ahead.
     real latency: "s" = 0.0 in [-1.0, 1.0];
     /// Gravity g where the sensor is.
@@ -152,6 +158,8 @@ pub struct SelfCalKF<S: Scalar> {
     state: State<S>,
     block: Block<S>,
     steps: Steps<S>,
+    clipping: Clipping<S>,
+    level: Level<S>,
     reference: Reference<S>,
     rest: Rest<S>,
     /// The time since the last specific force.
@@ -173,6 +181,8 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             state: State::new(params),
             block: Block::new(),
             steps: Steps::new(),
+            clipping: Clipping::new(),
+            level: Level::new(),
             reference: Reference::new(),
             rest: Rest::new(),
             acc_interval: S::zero(),
@@ -200,6 +210,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.state.forget(lanes, i, initial_variance(&self.params, i));
         }
         self.block.restart(lanes);
+        self.level.restart(tilted);
         self.state.q = Quat::select(lanes, q, self.state.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -209,7 +220,15 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.state.q = rotate_by(self.state.q, turning, dt);
         let r = self.state.q.matrix();
         let turning = bounded_rate(turning);
-        self.block.turns(r, sample.gyr, rate, turning, dt);
+        // A clipped axis says nothing of its column of the matrix, and leaves its angle unknown.
+        let clipped = self.clipping.see(sample.gyr, self.params.gyr_range, dt);
+        let (o, Vec3 { x, y, z }) = (S::zero(), clipped);
+        let whole = |clipped: S, rate: S| S::select(o.lt(clipped), o, rate);
+        let shown = Vec3::new(whole(x, rate.x), whole(y, rate.y), whole(z, rate.z));
+        self.block.turns(r, sample.gyr, shown, turning, dt);
+        if (o.lt(x) | o.lt(y) | o.lt(z)).any() {
+            self.block.clips(r, clipped);
+        }
         self.block.slip = self.block.slip + self.steps.slip(turning, dt);
         if self.is_late() {
             self.ahead = exp_half(turning * (S::of(0.5) * self.params.latency));
@@ -218,8 +237,9 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         let longest = S::of(LONGEST_INTERVAL);
         self.acc_interval = (self.acc_interval + dt).min(longest);
         let acc = &sample.acc;
+        self.flags.acc_rejected = S::Mask::splat(false);
         if acc.valid.any() {
-            self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
+            self.flags.acc_rejected = self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
         }
         let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
         let rests = self.rest.step((sample.gyr, dt), (acc.value, acc.valid, self.acc_interval), &limits);
@@ -240,6 +260,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.end_block(ends);
         }
         self.flags.mag_rejected = self.reference.rejects();
+        self.flags.recovering = self.flags.mag_rejected & self.reference.recovers(self.params.mag_new_time);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn gyr_bias(&self) -> Vec3<S> {
@@ -247,7 +268,9 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn flag(&self, flags: &mut Flags<S::Mask>) {
+        flags.acc_rejected = self.flags.acc_rejected;
         flags.mag_rejected = self.flags.mag_rejected;
+        flags.recovering = self.flags.recovering;
         flags.rest = self.flags.rest;
     }
     fn output(&self, index: usize, put: &mut impl FnMut(S)) {
@@ -269,6 +292,8 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.state.each(visit);
         self.block.each(visit);
         self.steps.each(visit);
+        self.clipping.each(visit);
+        self.level.each(visit);
         self.reference.each(visit);
         self.rest.each(visit);
         self.ahead.each(visit);
@@ -290,6 +315,11 @@ impl<S: Scalar> SelfCalKF<S> {
         &self.state
     }
 
+    /// One over the norm of the first field: what the states of the field are multiples of it by; zero before there was one.
+    pub fn field_scale(&self) -> S {
+        self.reference.scale
+    }
+
     /// True where the output is turned ahead.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn is_late(&self) -> bool {
@@ -300,15 +330,18 @@ impl<S: Scalar> SelfCalKF<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn end_block(&mut self, lanes: S::Mask) {
         let params = &self.params;
-        let (block, state) = (&self.block, &mut self.state);
+        let (block, state) = (&mut self.block, &mut self.state);
         let time = S::select(lanes, block.time, S::one());
         let transition = Transition::new(lanes, block, state, params);
         transition.predict(lanes, &mut state.p, block, params);
         transition.move_mean(lanes, state, block);
 
+        let (starting, turn) = self.level.take(lanes, state, block, params);
+        self.reference.turn(starting, turn);
         let rest = lanes & time.lt(S::of(2.0) * block.rest);
-        let [vx, vy, vz] = measurement::velocity(lanes, rest, state, time, params);
-        let mut measurements = [vx, vy, vz, Row::none(), Row::none(), Row::none(), Row::none(), Row::none(), Row::none()];
+        let [vx, vy, vz] = measurement::velocity(lanes & !starting, rest, state, time, params);
+        let mut measurements =
+            [vx, vy, vz, Row::none(), Row::none(), Row::none(), Row::none(), Row::none(), Row::none()];
         if rest.any() {
             let [bx, by, bz] = measurement::rest(rest, block.gyr * (S::one() / time), state, time, params);
             (measurements[3], measurements[4], measurements[5]) = (bx, by, bz);

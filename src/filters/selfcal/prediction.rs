@@ -15,7 +15,8 @@ use crate::trig::one_minus_exp;
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
     pub gyroscope: [[S; 12]; 3],
-    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt.
+    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt. The turn about the
+    /// vertical turns the velocity too, so that its error is not one of the velocity, and cannot be taken for one.
     pub tilt: Square<S, 3>,
     pub acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
@@ -49,44 +50,42 @@ impl<S: Scalar> Transition<S> {
         let pushed = rows(block.force_turn);
         Transition {
             gyroscope,
-            tilt: Square::<S, 3>::from([[zero, -z, y], [z, zero, -x], [-y, x, zero]]),
+            // Column after column.
+            tilt: Square::<S, 3>::from([[zero, -z, y], [z, zero, -x], [zero; 3]]),
             acc_bias: filled(|i, j| masked(-pushed[(i, j)])),
             fall: masked(-block.force_time),
             kept: S::one() - masked(one_minus_exp(block.time / params.disturbance_time)),
         }
     }
 
-    /// F x.
+    /// F x. The force pushes the velocity along the mean of the attitude's errors at the start and the end of the block.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply(&self, x: &mut Column<S, N>) {
+        let mut mean = [S::zero(); 3];
+        for (i, entries) in self.gyroscope.iter().enumerate() {
+            let mut grown = S::zero();
+            for (k, entry) in entries.iter().enumerate() {
+                grown = grown + *entry * x[BIAS + k];
+            }
+            mean[i] = x[THETA + i] + S::of(0.5) * grown;
+            x[THETA + i] = x[THETA + i] + grown;
+        }
         for i in 0..3 {
             let mut sum = x[VELOCITY + i];
             for k in 0..3 {
-                sum = sum + (self.tilt[(i, k)] * x[THETA + k] + self.acc_bias[(i, k)] * x[ACC_BIAS + k]);
+                sum = sum + (self.tilt[(i, k)] * mean[k] + self.acc_bias[(i, k)] * x[ACC_BIAS + k]);
             }
             x[VELOCITY + i] = sum;
             x[DISTURBANCE + i] = x[DISTURBANCE + i] * self.kept;
         }
         x[VELOCITY + 2] = x[VELOCITY + 2] + self.fall * x[GRAVITY];
-        for (i, entries) in self.gyroscope.iter().enumerate() {
-            let mut sum = x[THETA + i];
-            for (k, entry) in entries.iter().enumerate() {
-                sum = sum + *entry * x[BIAS + k];
-            }
-            x[THETA + i] = sum;
-        }
     }
 
     /// Fᵀ x.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply_transposed(&self, x: &mut Column<S, N>) {
-        for k in 0..12 {
-            let mut sum = x[BIAS + k];
-            for (i, entries) in self.gyroscope.iter().enumerate() {
-                sum = sum + entries[k] * x[THETA + i];
-            }
-            x[BIAS + k] = sum;
-        }
+        // By its factors: half of the turn, the push, the other half.
+        self.turn_transposed(x);
         x[GRAVITY] = x[GRAVITY] + self.fall * x[VELOCITY + 2];
         for k in 0..3 {
             for i in 0..3 {
@@ -94,6 +93,17 @@ impl<S: Scalar> Transition<S> {
                 x[ACC_BIAS + k] = x[ACC_BIAS + k] + self.acc_bias[(i, k)] * x[VELOCITY + i];
             }
             x[DISTURBANCE + k] = x[DISTURBANCE + k] * self.kept;
+        }
+        self.turn_transposed(x);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn turn_transposed(&self, x: &mut Column<S, N>) {
+        for k in 0..12 {
+            let mut sum = S::zero();
+            for (i, entries) in self.gyroscope.iter().enumerate() {
+                sum = sum + entries[k] * x[THETA + i];
+            }
+            x[BIAS + k] = x[BIAS + k] + S::of(0.5) * sum;
         }
     }
 
@@ -134,6 +144,14 @@ impl<S: Scalar> Transition<S> {
                 p[(i, i)] = p[(i, i)] + S::select(lanes, noise, S::zero());
             }
         }
+        let clipped = rows(block.clipped);
+        for j in 0..3 {
+            for i in 0..3 {
+                // The same for (i, j) and (j, i).
+                let noise = S::of(0.5) * (clipped[(i, j)] + clipped[(j, i)]);
+                p[(i, j)] = p[(i, j)] + S::select(lanes, noise, S::zero());
+            }
+        }
         State::bounded(lanes, p, params);
     }
 
@@ -146,11 +164,13 @@ impl<S: Scalar> Transition<S> {
         // What the specific force was where nothing is known of it: gravity, give or take as much.
         let unknown = (dt - block.force_time).max(S::zero()).min(S::of(1.0)) * params.gravity;
         let lost = S::one() - square(self.kept);
+        // What is known exactly at the start does not wander.
+        let wandering = |initial: S, noise: S| S::select(S::zero().lt(initial), square(noise) * dt, S::zero());
         [
             (THETA, square(params.gyr_noise) * dt + turning2 + block.slip),
-            (BIAS, square(params.bias_noise) * dt),
+            (BIAS, wandering(params.initial_bias, params.bias_noise)),
             (VELOCITY, square(params.velocity_noise) * dt + square(unknown)),
-            (IRON, square(params.hard_iron_noise) * dt),
+            (IRON, wandering(params.initial_hard_iron, params.hard_iron_noise)),
             (DISTURBANCE, square(params.disturbance) * lost),
         ]
     }
@@ -165,4 +185,3 @@ impl<S: Scalar> Transition<S> {
         state.put(lanes, DISTURBANCE, state.disturbance() * self.kept);
     }
 }
-

@@ -3,9 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Params;
-use crate::filters::kalman::{
-    Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros,
-};
+use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Quat, Vec3, exp_half};
 
@@ -29,8 +27,9 @@ pub const GRAVITY: usize = 21;
 pub const IRON: usize = 22;
 /// The disturbance of the field, earth frame.
 pub const DISTURBANCE: usize = 25;
-/// The horizontal and vertical part of the reference field.
+/// The horizontal part of the reference field.
 pub const HORIZONTAL: usize = 28;
+/// Its vertical part.
 pub const VERTICAL: usize = 29;
 /// The magnetometer's delay in s.
 pub const DELAY: usize = 30;
@@ -264,7 +263,7 @@ pub fn initial_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
         ACC_BIAS..GRAVITY => params.initial_acc_bias,
         GRAVITY => params.initial_gravity,
         IRON..DISTURBANCE => params.initial_hard_iron,
-        DISTURBANCE..HORIZONTAL => params.initial_disturbance,
+        DISTURBANCE..HORIZONTAL => params.disturbance,
         HORIZONTAL | VERTICAL => params.initial_field,
         _ => params.initial_delay,
     };
@@ -279,7 +278,6 @@ fn largest_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
         THETA | TURN => S::of(UNKNOWN_ANGLE),
         VELOCITY => initial + params.velocity * params.velocity,
         IRON => initial.max(params.largest_hard_iron * params.largest_hard_iron),
-        DISTURBANCE => initial.max(params.disturbance * params.disturbance),
         _ => initial,
     }
 }
