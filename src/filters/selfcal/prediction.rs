@@ -15,9 +15,10 @@ use crate::trig::one_minus_exp;
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
     pub gyroscope: [[S; 12]; 3],
-    /// Those of the velocity by the attitude's error, −[F]×, and by the accelerometer's bias, −Σ R dt. The turn about the
-    /// vertical turns the velocity too, so that its error is not one of the velocity, and cannot be taken for one.
+    /// Those of the velocity by the attitude's error, −[F]×. The turn about the vertical turns the velocity too, so that its
+    /// error is not one of the velocity, and cannot be taken for one.
     pub tilt: Square<S, 3>,
+    /// Those of the velocity by the accelerometer's bias, −Σ R dt.
     pub acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
     pub fall: S,
