@@ -182,6 +182,11 @@ def mekf(dip: float | None, _dt: float) -> tuple[float, float]:
     return (distrust + time, left) if dip is None else (distrust + 10.0 + time, left)
 
 
+def selfcal(_dip: float | None, _dt: float) -> tuple[float, float]:
+    """A block of 0.1 s: at the start the attitude is that of mean force and mean field, which are exact at rest."""
+    return 0.1, ARRIVED
+
+
 def vqf(*, tau_acc: float = 3.0, tau_mag: float = 9.0, lessened: float = 2.0, bias: bool = True) -> Settling:
     """The slowest of three first-order decays.
 

@@ -19,6 +19,7 @@ from .linear_kalman import LinearKalman
 from .madgwick import Madgwick
 from .mahony import Mahony
 from .mekf import MEKF
+from .selfcal import SelfCalKF
 from .tilt import Ecompass, Tilt
 from .trigonometric import Trigonometric
 from .vqf import VQF, BasicVQF
@@ -36,6 +37,7 @@ ORACLES: dict[str, type[Any]] = {
     "DcmImu": DcmImu,
     "MEKF": MEKF,
     "VQF": VQF,
+    "SelfCalKF": SelfCalKF,
     "BasicVQF": BasicVQF,
     "Fusion": Fusion,
 }
