@@ -21,6 +21,8 @@ __all__ = [
     "Madgwick",
     "Mahony",
     "OfflineVQF",
+    "SelfCalKF",
+    "SelfCalSmoother",
     "Tilt",
     "Trigonometric",
 ]
@@ -435,6 +437,116 @@ class VQF(Filter):
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
+class SelfCalKF(Filter):
+    @property
+    def gyr_noise(self) -> float: ...
+    @property
+    def rate_noise(self) -> float: ...
+    @property
+    def gyr_range(self) -> float: ...
+    @property
+    def bias_noise(self) -> float: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def velocity_time(self) -> float: ...
+    @property
+    def velocity_noise(self) -> float: ...
+    @property
+    def mag_noise(self) -> float: ...
+    @property
+    def mag_rate_noise(self) -> float: ...
+    @property
+    def mag_tolerance(self) -> float: ...
+    @property
+    def mag_tail(self) -> float: ...
+    @property
+    def mag_new_time(self) -> float: ...
+    @property
+    def disturbance(self) -> float: ...
+    @property
+    def disturbance_time(self) -> float: ...
+    @property
+    def hard_iron_noise(self) -> float: ...
+    @property
+    def largest_hard_iron(self) -> float: ...
+    @property
+    def rest_gyr(self) -> float: ...
+    @property
+    def rest_acc(self) -> float: ...
+    @property
+    def rest_time(self) -> float: ...
+    @property
+    def rest_noise(self) -> float: ...
+    @property
+    def rest_velocity(self) -> float: ...
+    @property
+    def initial_inclination(self) -> float: ...
+    @property
+    def initial_heading(self) -> float: ...
+    @property
+    def initial_bias(self) -> float: ...
+    @property
+    def initial_matrix(self) -> float: ...
+    @property
+    def initial_velocity(self) -> float: ...
+    @property
+    def initial_acc_bias(self) -> float: ...
+    @property
+    def initial_gravity(self) -> float: ...
+    @property
+    def initial_hard_iron(self) -> float: ...
+    @property
+    def initial_field(self) -> float: ...
+    @property
+    def initial_delay(self) -> float: ...
+    @property
+    def latency(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        gyr_noise: float = 0.0003,
+        rate_noise: float = 0.0007,
+        gyr_range: float = 0.0,
+        bias_noise: float = 5e-05,
+        velocity: float = 0.3,
+        velocity_time: float = 0.5,
+        velocity_noise: float = 0.01,
+        mag_noise: float = 0.04,
+        mag_rate_noise: float = 0.0007,
+        mag_tolerance: float = 0.09,
+        mag_tail: float = 1.7,
+        mag_new_time: float = 20.0,
+        disturbance: float = 0.018,
+        disturbance_time: float = 8.0,
+        hard_iron_noise: float = 0.001,
+        largest_hard_iron: float = 0.1,
+        rest_gyr: float = 0.03490658503988659,
+        rest_acc: float = 0.5,
+        rest_time: float = 1.5,
+        rest_noise: float = 0.0005,
+        rest_velocity: float = 0.02,
+        initial_inclination: float = 0.5,
+        initial_heading: float = 1.0,
+        initial_bias: float = 0.0087,
+        initial_matrix: float = 0.003,
+        initial_velocity: float = 1.0,
+        initial_acc_bias: float = 0.04,
+        initial_gravity: float = 0.05,
+        initial_hard_iron: float = 0.001,
+        initial_field: float = 0.05,
+        initial_delay: float = 0.015,
+        latency: float = 0.0,
+        gravity: float = 9.80665,
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
 class BasicVQF(Filter):
     @property
     def tau_acc(self) -> float: ...
@@ -576,6 +688,113 @@ class OfflineVQF(Filter):
         mag_max_rejection_time: float = 60.0,
         mag_rejection_factor: float = 2.0,
         mag_delay: float = 0.0,
+        frame: Literal["ENU", "NED", "NWU"] = "ENU",
+        declination: float = 0.0,
+        gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        dtype: DTypeLike = ...,
+    ) -> Self: ...
+
+class SelfCalSmoother(Filter):
+    @property
+    def gyr_noise(self) -> float: ...
+    @property
+    def rate_noise(self) -> float: ...
+    @property
+    def bias_noise(self) -> float: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def velocity_time(self) -> float: ...
+    @property
+    def velocity_noise(self) -> float: ...
+    @property
+    def mag_noise(self) -> float: ...
+    @property
+    def mag_rate_noise(self) -> float: ...
+    @property
+    def mag_tolerance(self) -> float: ...
+    @property
+    def mag_tail(self) -> float: ...
+    @property
+    def disturbance(self) -> float: ...
+    @property
+    def disturbance_time(self) -> float: ...
+    @property
+    def hard_iron_noise(self) -> float: ...
+    @property
+    def rest_gyr(self) -> float: ...
+    @property
+    def rest_acc(self) -> float: ...
+    @property
+    def rest_time(self) -> float: ...
+    @property
+    def rest_noise(self) -> float: ...
+    @property
+    def rest_velocity(self) -> float: ...
+    @property
+    def initial_inclination(self) -> float: ...
+    @property
+    def initial_heading(self) -> float: ...
+    @property
+    def initial_bias(self) -> float: ...
+    @property
+    def initial_matrix(self) -> float: ...
+    @property
+    def initial_velocity(self) -> float: ...
+    @property
+    def initial_acc_bias(self) -> float: ...
+    @property
+    def initial_gravity(self) -> float: ...
+    @property
+    def initial_hard_iron(self) -> float: ...
+    @property
+    def initial_disturbance(self) -> float: ...
+    @property
+    def initial_field(self) -> float: ...
+    @property
+    def initial_delay(self) -> float: ...
+    @property
+    def latency(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def gyr_range(self) -> float: ...
+    def __new__(
+        cls,
+        *,
+        rate: float | None = None,
+        gyr_noise: float = 0.0003,
+        rate_noise: float = 0.0014,
+        bias_noise: float = 0.0002,
+        velocity: float = 0.6,
+        velocity_time: float = 0.5,
+        velocity_noise: float = 0.03,
+        mag_noise: float = 0.035,
+        mag_rate_noise: float = 0.0007,
+        mag_tolerance: float = 0.09,
+        mag_tail: float = 2.5,
+        disturbance: float = 0.018,
+        disturbance_time: float = 12.0,
+        hard_iron_noise: float = 0.0,
+        rest_gyr: float = 0.03490658503988659,
+        rest_acc: float = 0.5,
+        rest_time: float = 1.5,
+        rest_noise: float = 0.002,
+        rest_velocity: float = 0.02,
+        initial_inclination: float = 0.5,
+        initial_heading: float = 1.0,
+        initial_bias: float = 0.0087,
+        initial_matrix: float = 0.003,
+        initial_velocity: float = 3.0,
+        initial_acc_bias: float = 0.04,
+        initial_gravity: float = 0.015,
+        initial_hard_iron: float = 0.0,
+        initial_disturbance: float = 0.02,
+        initial_field: float = 0.1,
+        initial_delay: float = 0.01,
+        latency: float = 0.0,
+        gravity: float = 9.80665,
+        gyr_range: float = 0.0,
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",

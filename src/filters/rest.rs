@@ -29,6 +29,12 @@ pub struct Rest<S> {
     time: S,
 }
 
+impl<S: Scalar> Default for Rest<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Scalar> Rest<S> {
     /// Before the first sample.
     pub fn new() -> Self {

@@ -138,8 +138,8 @@ EKF_FLOAT32 = 0.34
 
 #: A bias that is learnt, as MEKF's.
 VQF_FLOAT32 = 5e-3
-#: Where the rounding of uneven steps ends a block of 0.1 s one sample later, the start is another one: measured 0.037 rad
-#: for a while, and 1e-4 where the blocks are the same.
+#: Where the rounding of uneven steps ends a block of 0.1 s one sample later, the start is another one: measured
+#: 0.037 rad for a while, and 1e-4 where the blocks are the same.
 SELFCAL_FLOAT32 = 0.15
 #: The walk of two quaternions, and an inclination that forgets rounding within 3 s.
 ORIENTATION_FLOAT32 = 2e-4

@@ -35,7 +35,7 @@ pub const SPEC: FilterSpec = FilterSpec {
           bias of the accelerometer, hard iron and delay of the magnetometer. The local field may wander in a \
           correlated way; the velocity, which is never far from zero for long, shows the inclination; the magnetometer \
           never moves it.",
-    source: "this project",
+    source: "this project, docs/selfcal.md",
     magnetometer: Magnetometer::Feedback,
     feedback: true,
     gyr_bias: true,

@@ -15,10 +15,10 @@ use crate::trig::one_minus_exp;
 pub struct Transition<S: Scalar> {
     /// The derivatives of the attitude's error by the gyroscope's bias and matrix (the states from [`BIAS`] on).
     pub gyroscope: [[S; 12]; 3],
-    /// Those of the velocity by the attitude's error, −[F]×. The turn about the
-    /// vertical turns the velocity too, so that its error is not one of the velocity, and cannot be taken for one.
+    /// Those of the velocity by the attitude's error, −[F]×. The turn about the vertical turns the velocity too, so that its
+    /// error is not one of the velocity, and cannot be taken for one.
     pub tilt: Square<S, 3>,
-    /// That of the velocity by the accelerometer's bias, −Σ R dt.
+    /// Those of the velocity by the accelerometer's bias, −Σ R dt.
     pub acc_bias: Square<S, 3>,
     /// That of the vertical velocity by gravity.
     pub fall: S,
@@ -85,13 +85,8 @@ impl<S: Scalar> Transition<S> {
     /// Fᵀ x.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply_transposed(&self, x: &mut Column<S, N>) {
-        for k in 0..12 {
-            let mut sum = x[BIAS + k];
-            for (i, entries) in self.gyroscope.iter().enumerate() {
-                sum = sum + entries[k] * x[THETA + i];
-            }
-            x[BIAS + k] = sum;
-        }
+        // By its factors: half of the turn, the push, the other half.
+        self.turn_transposed(x);
         x[GRAVITY] = x[GRAVITY] + self.fall * x[VELOCITY + 2];
         for k in 0..3 {
             for i in 0..3 {
@@ -99,6 +94,17 @@ impl<S: Scalar> Transition<S> {
                 x[ACC_BIAS + k] = x[ACC_BIAS + k] + self.acc_bias[(i, k)] * x[VELOCITY + i];
             }
             x[DISTURBANCE + k] = x[DISTURBANCE + k] * self.kept;
+        }
+        self.turn_transposed(x);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn turn_transposed(&self, x: &mut Column<S, N>) {
+        for k in 0..12 {
+            let mut sum = S::zero();
+            for (i, entries) in self.gyroscope.iter().enumerate() {
+                sum = sum + entries[k] * x[THETA + i];
+            }
+            x[BIAS + k] = x[BIAS + k] + S::of(0.5) * sum;
         }
     }
 

@@ -211,7 +211,7 @@ class SelfCalKF:
         block.turn += r * dt
         block.matrix += (r[:, :, None] * angle).reshape(3, 9)
         block.clipped += r @ np.diag(clipped) @ r.T
-        block.rate2 += turning @ turning * dt
+        block.rate2 += float(turning @ turning) * dt
         block.gyr += omega * dt
         block.slip += self._slip(turning, dt)
 
@@ -249,17 +249,17 @@ class SelfCalKF:
         if self.last_rate is None:
             self.last_rate, self.usual = rate, dt
         across = 0.5 * np.linalg.norm(rate - self.last_rate) + 0.1 * np.linalg.norm(rate)
-        slip = min(across * abs(dt - self.usual), 3.0) ** 2
+        slip = min(float(across) * abs(dt - self.usual), 3.0) ** 2
         self.usual += 0.02 * (min(dt, 2.0 * self.usual + 1e-4) - self.usual)
         self.last_rate = rate
-        return float(slip)
+        return slip
 
     def _rests(self, gyr: Array, acc: Vec3 | None, dt: float) -> bool:
         k = self.k
         if self.low_gyr is None:
             self.low_gyr = gyr
         self.low_gyr = self.low_gyr + (gyr - self.low_gyr) * (dt / (0.5 + dt))
-        still = np.linalg.norm(gyr - self.low_gyr) < k.rest_gyr
+        still = bool(np.linalg.norm(gyr - self.low_gyr) < k.rest_gyr)
         if acc is None:
             still = still and self.acc_interval < 0.1
         else:
@@ -267,7 +267,7 @@ class SelfCalKF:
             if self.low_acc is None:
                 self.low_acc = force
             self.low_acc = self.low_acc + (force - self.low_acc) * (interval / (0.5 + interval))
-            still = still and np.linalg.norm(force - self.low_acc) < k.rest_acc
+            still = still and bool(np.linalg.norm(force - self.low_acc) < k.rest_acc)
         self.still_time = min(self.still_time + dt, 1e6) if still else 0.0
         slow = np.linalg.norm(self.low_gyr - self.x[BIAS:MATRIX]) < k.rest_gyr
         return bool(self.still_time > k.rest_time and slow)

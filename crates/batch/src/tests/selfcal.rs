@@ -1,5 +1,8 @@
 //! `SelfCalSmoother`: its smoother against a dense solution, what it finds of planted faults, and recordings of every shape.
 
+#![allow(clippy::cast_sign_loss, reason = "times are not negative")]
+#![allow(clippy::needless_range_loop, reason = "indices as in the equations")]
+
 use ahrs_rs::filters::SelfCalKF;
 use ahrs_rs::filters::kalman::{Column, zeros};
 use ahrs_rs::filters::selfcal::Params;
@@ -174,6 +177,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "one equation after the other")]
 fn the_smoother_is_the_dense_solution_of_all_measurements_at_once() {
     let (mut samples, ends, nominal, prior, params) = some_blocks(0.8, 0.0);
     samples.clipped[55][1] = true;

@@ -1,5 +1,7 @@
 //! The samples of a recording as the smoother takes them, and the sums over blocks of them about a nominal trajectory.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 use ahrs_rs::filters::kalman::Column;
 use ahrs_rs::filters::rest::{Rest, Thresholds};
 use ahrs_rs::filters::selfcal::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};

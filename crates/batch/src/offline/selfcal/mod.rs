@@ -5,6 +5,8 @@
 //! smoother corrects the trajectory and all that calibrates the sensors. At the end the corrected angular rate is
 //! integrated through each block from its smoothed attitude, and ends at that of the next.
 
+#![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
+
 pub mod blocks;
 pub mod smoother;
 
@@ -18,7 +20,7 @@ use ahrs_rs::filters::selfcal::state::{
     ACC_BIAS, BIAS, DELAY, DISTURBANCE, GRAVITY, HORIZONTAL, IRON, MATRIX, N, State, VELOCITY, VERTICAL,
 };
 use ahrs_rs::filters::selfcal::{PARAMS as CAUSAL, Params as CausalParams};
-use ahrs_rs::params::{ParamError, ParamSet};
+use ahrs_rs::params::{ParamError, ParamSet, ParamSpec};
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Measured, Quat, Settings, Vec3};
 
 use self::blocks::{Row, Samples, Summed, Trajectory, rotation_vector, weigh};
@@ -167,7 +169,7 @@ pub fn make(values: &[f64], settings: Settings) -> Result<Box<dyn Offline>, Para
     let value = |name: &str| PARAMS.iter().position(|spec| spec.name == name);
     let causal = CAUSAL.iter().map(|spec| match value(spec.name) {
         Some(_) if spec.name == "latency" => 0.0,
-        Some(index) => values.get(index).copied().or(PARAMS.get(index).map(|spec| spec.default())).unwrap_or(0.0),
+        Some(index) => values.get(index).copied().or(PARAMS.get(index).map(ParamSpec::default)).unwrap_or(0.0),
         None => spec.default(),
     });
     let causal = CausalParams::from_values(&causal.collect::<Vec<_>>())?;
@@ -241,7 +243,7 @@ impl Offline for SelfCalSmoother {
 
         let ends = samples.block_ends();
         let mut state = State::new(&self.causal);
-        let mut found = Found::new(&samples, &ends, &causal, &mut state, &self.causal)?;
+        let mut found = Found::new(&samples, &ends, &causal, &mut state, &self.causal);
         for pass in 1..=MOST_PASSES {
             if !watch.go_on() {
                 return None;
@@ -338,7 +340,7 @@ impl Found {
         causal: &Causal,
         state: &mut State<f64>,
         params: &CausalParams<f64>,
-    ) -> Option<Self> {
+    ) -> Self {
         let start = causal.quat.first().copied().unwrap_or(Quat::identity());
         let nodes = ends.iter().map(|&end| causal.quat.get(end - 1).copied().unwrap_or(Quat::identity()));
         let mut mean = causal.mean;
@@ -366,7 +368,7 @@ impl Found {
         let norm = if still.is_empty() { params.gravity } else { median(still) };
         let gravity = if (norm - params.gravity).abs() < LARGEST_ACC_BIAS { params.gravity } else { norm };
         (prior[GRAVITY], prior[HORIZONTAL], prior[VERTICAL]) = (gravity, across, up);
-        Some(Found { trajectory, blocks, prior, last: None, covariances: Vec::new() })
+        Found { trajectory, blocks, prior, last: None, covariances: Vec::new() }
     }
 
     /// Smooths once more, with the covariances or without; gives the largest correction of an attitude in rad. Where the

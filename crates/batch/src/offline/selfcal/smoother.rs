@@ -13,7 +13,7 @@ use ahrs_rs::filters::selfcal::Params;
 use ahrs_rs::filters::selfcal::measurement::{self, Row, Seen};
 use ahrs_rs::filters::selfcal::prediction::Transition;
 use ahrs_rs::filters::selfcal::state::{
-    ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, MATRIX, N, State, THETA, VELOCITY, initial_variance,
+    ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, MATRIX, N, State, THETA, TURN, VELOCITY, initial_variance,
 };
 use ahrs_rs::so3::exp_half;
 
@@ -21,6 +21,8 @@ use super::blocks::{Summed, Trajectory, rotation_vector};
 
 /// How far in rad/s the rate may be beyond the gyroscope's range.
 const BEYOND_RANGE: f64 = 3.0;
+/// How often the variance of an angle of the inclination counts as noise of the field: its error lasts longer than a block.
+const INCLINATION_NOISE: f64 = 4.0;
 /// A weight below this is none.
 const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The states of whose smoothed covariance somebody asks at every block: the attitude's error and the gyroscope's bias.
@@ -220,7 +222,7 @@ impl<'a> Filter<'a> {
             let noise2 = params.mag_noise * params.mag_noise + params.mag_rate_noise * params.mag_rate_noise * turning2;
             let rows = Seen::new(sums, &self.state).rows(true, &self.state, noise2 / (block.interval * block.weight));
             for row in rows {
-                self.take(&row);
+                self.take(&self.level(row));
             }
         }
 
@@ -235,6 +237,17 @@ impl<'a> Filter<'a> {
         self.steps.push(Step { transition, noises, lost, moved, taken: self.taken.len() });
         let sound = |i: usize| self.x[i].is_finite() && (0.0..f64::INFINITY).contains(&self.state.p[(i, i)]);
         (0..N).all(sound).then_some(())
+    }
+
+    /// A measurement of the field without the inclination, which it is not to move: what the inclination does to it is noise.
+    fn level(&self, mut row: Row<f64>) -> Row<f64> {
+        for (&at, h) in row.at.iter().zip(&mut row.h) {
+            if at < TURN {
+                row.r += INCLINATION_NOISE * self.state.tilt_variance() * *h * *h;
+                *h = 0.0;
+            }
+        }
+        row
     }
 
     /// Takes a measurement z = h x + noise, unless the numbers leave their range.
@@ -320,10 +333,17 @@ fn entries(covariance: Option<&Square<f64, 3>>) -> impl Iterator<Item = (usize, 
     covariance.into_iter().flat_map(|p| (0..9).map(|k| (k % 3, k / 3, p[(k % 3, k / 3)])))
 }
 
-/// A := A Fᵀ.
+/// A := A Fᵀ, by the factors of F: half of the turn, the push, the other half.
 fn times_transposed_transition(a: &mut Square<f64, N>, transition: &Transition<f64>) {
     let Transition { gyroscope, tilt, acc_bias, fall, kept } = transition;
-    // The velocity first: it takes the attitude's error as it was.
+    let turn = |a: &mut Square<f64, N>| {
+        for (i, entries) in gyroscope.iter().enumerate() {
+            for (k, entry) in entries.iter().enumerate() {
+                add(a, THETA + i, BIAS + k, 0.5 * entry);
+            }
+        }
+    };
+    turn(a);
     for i in 0..3 {
         for k in 0..3 {
             add(a, VELOCITY + i, THETA + k, tilt[(i, k)]);
@@ -332,22 +352,20 @@ fn times_transposed_transition(a: &mut Square<f64, N>, transition: &Transition<f
         scale(a, DISTURBANCE + i, *kept);
     }
     add(a, VELOCITY + 2, GRAVITY, *fall);
-    for (i, entries) in gyroscope.iter().enumerate() {
-        for (k, entry) in entries.iter().enumerate() {
-            add(a, THETA + i, BIAS + k, *entry);
-        }
-    }
+    turn(a);
 }
 
-/// A := A F.
+/// A := A F, by the same factors.
 fn times_transition(a: &mut Square<f64, N>, transition: &Transition<f64>) {
     let Transition { gyroscope, tilt, acc_bias, fall, kept } = transition;
-    // The gyroscope first: it takes the attitude's error as it was.
-    for (i, entries) in gyroscope.iter().enumerate() {
-        for (k, entry) in entries.iter().enumerate() {
-            add(a, BIAS + k, THETA + i, *entry);
+    let turn = |a: &mut Square<f64, N>| {
+        for (i, entries) in gyroscope.iter().enumerate() {
+            for (k, entry) in entries.iter().enumerate() {
+                add(a, BIAS + k, THETA + i, 0.5 * entry);
+            }
         }
-    }
+    };
+    turn(a);
     add(a, GRAVITY, VELOCITY + 2, *fall);
     for i in 0..3 {
         for k in 0..3 {
@@ -356,6 +374,7 @@ fn times_transition(a: &mut Square<f64, N>, transition: &Transition<f64>) {
         }
         scale(a, DISTURBANCE + i, *kept);
     }
+    turn(a);
 }
 
 /// Adds a multiple of a column to another one.
