@@ -18,9 +18,10 @@ from cases import CASES, COMMON, Case, each_case_with
 from settling import DEGREE2
 from signals import RATE, Signals, angle_between, disturbed, gappy, motion, rotation, still
 
-KALMAN_CASES = [case for case in CASES if case.kalman]
+#: Those that measure at every sample: `SelfCalKF`, which does once a block, has tests of its own (tests/selfcal).
+KALMAN_CASES = [case for case in CASES if case.kalman and "nis" in case.cls.OUTPUTS]
 KALMAN_NAMES = sorted({case.name for case in KALMAN_CASES})
-each_kalman = each_case_with(lambda case: case.kalman)
+each_kalman = each_case_with(lambda case: case in KALMAN_CASES)
 DTYPES = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 #: Shapes of a row. Innovations: of the angles; specific force; rate, force and field; tilt and heading.

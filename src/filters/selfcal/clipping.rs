@@ -66,7 +66,10 @@ impl<S: Scalar> Clipping<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn see(&mut self, gyr: Vec3<S>, range: S, dt: S) -> Clipped<S> {
         let [x, y, z] = &mut self.axes;
-        Vec3::new(x.see(gyr.x, range, dt), y.see(gyr.y, range, dt), z.see(gyr.z, range, dt))
+        let [mx, my, mz] = [x.moved(gyr.x), y.moved(gyr.y), z.moved(gyr.z)];
+        let x = x.see(gyr.x, my | mz, range, dt);
+        let y = y.see(gyr.y, mz | mx, range, dt);
+        Vec3::new(x, y, z.see(gyr.z, mx | my, range, dt))
     }
 
     /// Calls `visit` for each variable.
@@ -80,16 +83,23 @@ impl<S: Scalar> Clipping<S> {
 }
 
 impl<S: Scalar> Axis<S> {
-    /// The variance of a step. That of n steps is the square of a sum: the error has one sign.
+    /// Where a reading is not the last one.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn see(&mut self, rate: S, range: S, dt: S) -> S {
+    fn moved(&self, rate: S) -> S::Mask {
+        S::zero().lt((rate - self.last).abs())
+    }
+
+    /// The variance of a step; `others` says whether another axis moves. That of n steps is the square of a sum: the error has one sign.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn see(&mut self, rate: S, others: S::Mask, range: S, dt: S) -> S {
         let size = rate.abs();
         self.largest = self.largest.max(size);
         let moves = S::zero().lt(dt);
         let change = S::select(moves, ((rate - self.last).abs() / dt).min(S::of(FASTEST)), self.change);
         let high = S::of(SMALLEST_RANGE).lt(size) & (S::of(NEAR_LARGEST) * self.largest).le(size);
         let stands = high & change.lt(S::of(STILL) * size);
-        let begins = (S::of(MOVED) * size).lt(self.before);
+        // Or where it is the same to the last bit, and others are not.
+        let begins = (S::of(MOVED) * size).lt(self.before) | (others & change.le(S::zero()));
         let going = S::zero().lt(self.still);
         let still = (self.still + S::one()).min(S::of(1e6));
         let still = S::select(stands & (begins | going), still, S::zero());

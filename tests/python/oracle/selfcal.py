@@ -109,14 +109,15 @@ class Axis:
         self.last = self.largest = self.change = self.before = self.slope = self.time = self.lost = 0.0
         self.still = 0
 
-    def see(self, rate: float, limit: float, dt: float) -> float:
+    def see(self, rate: float, others: bool, limit: float, dt: float) -> float:
         """The variance that a step adds to the angle."""
         size = abs(rate)
         self.largest = max(self.largest, size)
         change = abs(rate - self.last) / dt if dt > 0.0 else self.change
         high = size > 4.0 and size >= 0.95 * self.largest
         going = self.still > 0
-        run = high and change < 0.1 * size and (going or self.before > 0.5 * size)
+        begins = self.before > 0.5 * size or (others and change == 0.0)
+        run = high and change < 0.1 * size and (going or begins)
         still = self.still + 1 if run else 0
         at_range = limit > 0.0 and size >= 0.995 * limit
         if dt > 0.0 and not (going or self.time > 0.0):
@@ -205,7 +206,10 @@ class SelfCalKF:
         self.q = gyro_step(self.q, triple(turning), dt, "exponential")
         r = rotation(self.q)
         turning = saturated(turning, 1e4)
-        clipped = np.array([axis.see(value, k.gyr_range, dt) for axis, value in zip(self.axes, gyr, strict=True)])
+        moved = [axis.last != value for axis, value in zip(self.axes, gyr, strict=True)]
+        others = [any(moved[:i] + moved[i + 1 :]) for i in range(3)]
+        seen_by = zip(self.axes, gyr, others, strict=True)
+        clipped = np.array([axis.see(value, other, k.gyr_range, dt) for axis, value, other in seen_by])
         angle = np.where(clipped > 0.0, 0.0, rate) * dt
         block.time += dt
         block.turn += r * dt
