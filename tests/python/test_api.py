@@ -314,7 +314,9 @@ def test_streaming_gives_one_row_of_what_run_gives() -> None:
 def test_pickles_do_not_grow_with_the_package() -> None:
     # A filter is its class, its parameters and its state: no code, no registry. A state of n variables has a covariance
     # of n² numbers in it, of 9 bytes each: 49 of the EKF.
-    assert max(len(pickle.dumps(cls(rate=RATE))) for cls in ar.FILTERS.values()) < 2000
+    # SelfCalKF's has 496, beside some 260 other variables.
+    for name, cls in ar.FILTERS.items():
+        assert len(pickle.dumps(cls(rate=RATE))) < (8000 if name == "SelfCalKF" else 2000)
 
 
 # Importing.

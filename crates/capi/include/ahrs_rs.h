@@ -559,6 +559,67 @@ typedef union AhrsVQF {
 } AhrsVQF;
 
 /**
+ * SelfCalKF. An error-state Kalman filter that calibrates the sensors while it runs: bias and 3×3 matrix of
+ * the gyroscope, bias of the accelerometer, hard iron and delay of the magnetometer. The local field may
+ * wander in a correlated way; the velocity, which is never far from zero for long, shows the inclination; the
+ * magnetometer never moves it.
+ *
+ * Source: this project, docs/selfcal.md.
+ *
+ * Parameters, in this order:
+ * - gyr_noise (rad/s/√Hz, 0.0003 in [1e-9, 1000.0]): Noise density of the gyroscope (angle random walk).
+ * - rate_noise (1/√Hz, 0.0007 in [0.0, 1000.0]): Noise density of the gyroscope for each rad/s that it turns.
+ * - gyr_range (rad/s, 0.0 in [0.0, 1000.0]): The largest rate that an axis of the gyroscope shows; 0 where it
+ *   is not known, and found where readings stand still.
+ * - bias_noise (rad/s²/√Hz, 5e-5 in [0.0, 1000.0]): Noise density of the bias' rate (rate random walk).
+ * - velocity (m/s, 0.3 in [1e-6, 1000.0]): Standard deviation of the velocity.
+ * - velocity_time (s, 0.5 in [0.001, 1000.0]): The time for which a velocity lasts.
+ * - velocity_noise (m/s²/√Hz, 0.01 in [1e-6, 1000.0]): Noise density of the accelerometer.
+ * - mag_noise (1/√Hz, 0.04 in [1e-6, 1000.0]): Noise density of a component of the magnetometer, in norms of
+ *   the field.
+ * - mag_rate_noise (s/rad/√Hz, 0.0007 in [0.0, 1000.0]): How much it grows for each rad/s that the sensor
+ *   turns.
+ * - mag_tolerance (1, 0.09 in [1e-6, 1000000000.0]): Deviation of the field from its reference, in its norms,
+ *   at which it begins to count less (1e9: every field counts alike).
+ * - mag_tail (1, 1.7 in [0.001, 1000000.0]): How slowly it does: the weight is (1 +
+ *   (deviation/tolerance)²/tail)⁻².
+ * - mag_new_time (s, 20.0 in [0.0, 1000000.0]): Time of movement after which a field that is not the
+ *   reference's, but the same all the time, is the new reference.
+ * - disturbance (1, 0.018 in [0.0, 1000.0]): Standard deviation of the field's disturbance, in norms of the
+ *   field. Here and in all that follows, 0 takes the state out of the estimate.
+ * - disturbance_time (s, 8.0 in [0.001, 1000000.0]): The time for which a disturbance lasts.
+ * - hard_iron_noise (1/√s, 0.001 in [0.0, 1000.0]): How fast the hard iron wanders, in norms of the field.
+ * - largest_hard_iron (1, 0.1 in [0.0, 1000.0]): The largest standard deviation of the hard iron.
+ * - rest_gyr (rad/s, 0.03490658503988659 in [0.0, 1000.0]): Deviation of the angular rate from its mean below
+ *   which the sensor may be at rest.
+ * - rest_acc (m/s², 0.5 in [0.0, 1000.0]): Deviation of the specific force from its mean below which the
+ *   sensor may be at rest.
+ * - rest_time (s, 1.5 in [0.0, 1000000000.0]): Time that both have to be small for.
+ * - rest_noise (rad/s/√Hz, 0.0005 in [1e-9, 1000.0]): Noise density of the angular rate at rest, as a
+ *   measurement of the bias.
+ * - rest_velocity (m/s, 0.02 in [1e-6, 1000.0]): Standard deviation of the velocity at rest.
+ * - initial_inclination (rad, 0.5 in [1e-6, 1000.0]): Standard deviation of the inclination at the start.
+ * - initial_heading (rad, 1.0 in [1e-6, 1000.0]): Standard deviation of the heading at the start.
+ * - initial_bias (rad/s, 0.0087 in [0.0, 1000.0]): Standard deviation of the gyroscope's bias at the start; it
+ *   never becomes larger.
+ * - initial_matrix (1, 0.003 in [0.0, 1000.0]): The same of each entry of the gyroscope's matrix.
+ * - initial_velocity (m/s, 1.0 in [1e-6, 1000.0]): The same of the velocity.
+ * - initial_acc_bias (m/s², 0.04 in [0.0, 1000.0]): The same of the accelerometer's bias.
+ * - initial_gravity (m/s², 0.05 in [0.0, 1000.0]): The same of gravity.
+ * - initial_hard_iron (1, 0.001 in [0.0, 1000.0]): The same of the hard iron, in norms of the field.
+ * - initial_field (1, 0.05 in [0.0, 1000.0]): The same of the reference field, in its norms.
+ * - initial_delay (s, 0.015 in [0.0, 1.0]): The same of the magnetometer's delay.
+ * - latency (s, 0.0 in [-1.0, 1.0]): Delay of all sensors behind the attitude that is wanted, by which the
+ *   output is turned ahead.
+ * - gravity (m/s², 9.80665 in [0.001, 1000.0]): Gravity g where the sensor is.
+ */
+extern const AhrsFilter ahrs_SelfCalKF;
+typedef union AhrsSelfCalKF {
+  uint64_t aligned;
+  unsigned char bytes[4784];
+} AhrsSelfCalKF;
+
+/**
  * BasicVQF. VQF without estimation of the gyroscope's bias, rest detection and magnetic disturbance rejection:
  * strapdown integration, the inclination by the specific force, low-pass filtered in an almost inertial frame,
  * the heading by a scalar offset.

@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Params;
-use super::state::{HORIZONTAL, State, TURN, VERTICAL, initial_variance};
+use super::state::{HORIZONTAL, State, TURN, VERTICAL, initial_variance, within};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 use crate::trig::one_minus_exp;
@@ -125,6 +125,7 @@ impl<S: Scalar> Reference<S> {
             state.turn(turns, turn);
             let sum = Vec3::select(turns, turn.rotate(sum), sum);
             for (i, value) in [(HORIZONTAL, across), (VERTICAL, mean.z)] {
+                let i = within(i);
                 state.mean[i] = S::select(going, value, state.mean[i]);
                 state.forget(going, i, initial_variance(params, i));
             }
@@ -178,6 +179,7 @@ impl<S: Scalar> Reference<S> {
             let across = (x * x + y * y).sqrt();
             state.turn(renewed & S::of(1e-6).lt(across), Quat::turn_to_north(x, y, across));
             for (i, value) in [(HORIZONTAL, across), (VERTICAL, z)] {
+                let i = within(i);
                 state.mean[i] = S::select(renewed, value, state.mean[i]);
                 state.forget(renewed, i, initial_variance(params, i));
             }

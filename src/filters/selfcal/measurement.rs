@@ -4,7 +4,7 @@
 
 use super::Params;
 use super::block::Block;
-use super::state::{BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, N, State, THETA, TURN, VELOCITY, VERTICAL};
+use super::state::{BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, N, State, THETA, TURN, VELOCITY, VERTICAL, within};
 use crate::filters::kalman::{Column, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Matrix3, Vec3};
@@ -58,6 +58,7 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
         let mut v: Column<S, N> = zeros();
         let mut known = S::zero();
         for (&at, &h) in row.at.iter().zip(&row.h) {
+            let at = within(at);
             for i in 0..N {
                 v[i] = v[i] + p[(i, at)] * h;
             }
@@ -65,7 +66,7 @@ pub fn correct<S: Scalar, const ROWS: usize>(state: &mut State<S>, measurements:
         }
         let mut s = row.r;
         for (&at, &h) in row.at.iter().zip(&row.h) {
-            s = s + v[at] * h;
+            s = s + v[within(at)] * h;
         }
         // x + v ν/s and P − v vᵀ/s, the same for (i, j) and (j, i), with a spare for the rounding.
         let lanes = row.lanes & s.is_normal_norm2();

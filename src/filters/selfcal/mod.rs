@@ -21,7 +21,7 @@ use self::level::Level;
 use self::magnetic::{HEADING_SHARE, Reference};
 use self::measurement::{Row, Seen, correct};
 use self::prediction::Transition;
-use self::state::{DELAY, HORIZONTAL, MATRIX, State, THETA, TURN, VELOCITY, VERTICAL, initial_variance};
+use self::state::{DELAY, HORIZONTAL, MATRIX, State, THETA, TURN, VELOCITY, VERTICAL, initial_variance, within};
 use super::kalman::{Square, block as part, congruent, new_vertical, put_rows, reported, rows, transposed};
 use super::rest::{Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
@@ -285,7 +285,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             4 => (state.hard_iron() * norm).each(&mut |value| put(*value)),
             5 => (state.disturbance() * norm).each(&mut |value| put(*value)),
             6 => put(self.reference.weight),
-            _ => [HORIZONTAL, VERTICAL].into_iter().for_each(|i| put(state.mean[i] * norm)),
+            _ => [HORIZONTAL, VERTICAL].into_iter().for_each(|i| put(state.mean[within(i)] * norm)),
         }
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {

@@ -4,7 +4,7 @@
 
 use super::Params;
 use super::block::Block;
-use super::state::{ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, IRON, MATRIX, N, State, THETA, VELOCITY};
+use super::state::{ACC_BIAS, BIAS, DISTURBANCE, GRAVITY, IRON, MATRIX, N, State, THETA, VELOCITY, within};
 use crate::filters::kalman::{Column, Square, filled, rows, zeros};
 use crate::scalar::Scalar;
 use crate::so3::Vec3;
@@ -141,7 +141,7 @@ impl<S: Scalar> Transition<S> {
     pub fn predict(&self, lanes: S::Mask, p: &mut Square<S, N>, block: &Block<S>, params: &Params<S>) {
         self.propagate(p);
         for (start, noise) in self.noises(block, params) {
-            for i in start..start + 3 {
+            for i in (start..start + 3).map(within) {
                 p[(i, i)] = p[(i, i)] + S::select(lanes, noise, S::zero());
             }
         }

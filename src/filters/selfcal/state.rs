@@ -125,13 +125,15 @@ impl<S: Scalar> State<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn put(&mut self, lanes: S::Mask, start: usize, v: Vec3<S>) {
         for (i, value) in [v.x, v.y, v.z].into_iter().enumerate() {
-            self.mean[start + i] = S::select(lanes, value, self.mean[start + i]);
+            let i = within(start + i);
+            self.mean[i] = S::select(lanes, value, self.mean[i]);
         }
     }
 
     /// Forgets where the mask is true what is known of a state beside its value: it has a variance and no correlations.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn forget(&mut self, lanes: S::Mask, state: usize, variance: S) {
+        let state = within(state);
         for i in 0..N {
             let entry = S::select(lanes, S::zero(), self.p[(i, state)]);
             self.p[(i, state)] = entry;
@@ -145,7 +147,7 @@ impl<S: Scalar> State<S> {
     pub fn turn(&mut self, lanes: S::Mask, turn: Quat<S>) {
         let r = turn.matrix();
         for start in [VELOCITY, DISTURBANCE] {
-            self.put(lanes, start, r.apply(vec3(&self.mean, start)));
+            self.put(lanes, start, r.apply(vec3(&self.mean, start.min(N - 3))));
         }
         self.q = Quat::select(lanes, (turn * self.q).renormalized(), self.q);
     }
@@ -188,7 +190,7 @@ impl<S: Scalar> State<S> {
             (IRON, field),
             (DISTURBANCE, field),
         ] {
-            self.put(all, start, saturated(vec3(&self.mean, start), limit));
+            self.put(all, start, saturated(vec3(&self.mean, start.min(N - 3)), limit));
         }
         let mut norm2 = S::zero();
         for i in MATRIX..MATRIX + 9 {
@@ -205,7 +207,7 @@ impl<S: Scalar> State<S> {
         let around = |value: S, centre: S, range: S| value.max(centre - range).min(centre + range);
         self.mean[GRAVITY] = around(self.mean[GRAVITY], params.gravity, many * params.initial_gravity);
         self.mean[DELAY] = around(self.mean[DELAY], S::zero(), many * params.initial_delay);
-        for i in [HORIZONTAL, VERTICAL] {
+        for i in [HORIZONTAL, VERTICAL].into_iter().map(within) {
             self.mean[i] = around(self.mean[i], S::zero(), field);
         }
     }
@@ -218,14 +220,14 @@ impl<S: Scalar> State<S> {
         let growth = S::of(INFLATION) * S::splat(S::Real::EPSILON);
         for (start, len) in GROUPS {
             let mut sum = S::zero();
-            for i in start..start + len {
+            for i in (start..start + len).map(within) {
                 p[(i, i)] = p[(i, i)] + S::select(lanes, p[(i, i)] * growth, S::zero());
                 sum = sum + p[(i, i)];
             }
             let largest = largest_variance(params, start) * S::of(len as f64);
             let over = lanes & largest.lt(sum);
             let factor = S::select(over, (largest / sum).sqrt(), S::one());
-            for i in start..start + len {
+            for i in (start..start + len).map(within) {
                 factors[i] = factor;
             }
         }
@@ -249,6 +251,12 @@ impl<S: Scalar> State<S> {
             }
         }
     }
+}
+
+/// The index, which is that of a state: so the compiler knows it too, and needs no panic for another one.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn within(state: usize) -> usize {
+    state.min(N - 1)
 }
 
 /// The variance of a state at the start.
