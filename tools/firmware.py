@@ -45,7 +45,7 @@ FORBIDDEN = (
 #: In bytes.
 FLASH_GOALS = {"Mahony": 6 << 10, "Madgwick": 6 << 10, "VQF": 32 << 10, "EKF": 24 << 10}
 STATE_GOALS = {"Mahony": 256, "Madgwick": 256}
-STACK_GOAL, STACK_WITHOUT_GOAL = 2 << 10, ("EKF", "SelfCalKF")
+STACK_GOAL, STACK_WITHOUT_GOAL = 2 << 10, ("EKF",)
 
 
 class FailedError(Exception):
