@@ -132,7 +132,9 @@ def _ablation(ours: Mapping[str, str], broad: Sequence[ar.Recording], repo: Sequ
         cells = [what]
         for name in ours:
             known = ar.FILTERS[name].PARAMS
-            if not all(key in known for key in changed):
+            if not all(
+                key in known and known[key].range[0] <= value <= known[key].range[1] for key, value in changed.items()
+            ):
                 cells += ["–", "–"]
                 continue
             cells.append(" / ".join(_shown(scores(name, changed, broad).mean(axis=0))))

@@ -10,13 +10,16 @@ use ahrs_rs::params::{ParamKind, ParamSet};
 use ahrs_rs::{Estimator, Filter, Frame, GyrHold, Quat, Settings, Vec3};
 use ahrs_rs_c::*;
 
+/// Bytes that hold every filter: SelfCalKF in f32 takes 4.8 kB.
+const MEMORY: usize = 8192;
+
 /// Memory for any filter.
 #[repr(C, align(8))]
-struct Memory([u8; 2048]);
+struct Memory([u8; MEMORY]);
 
 impl Memory {
     fn new() -> Box<Self> {
-        Box::new(Memory([0; 2048]))
+        Box::new(Memory([0; MEMORY]))
     }
     fn address(&mut self) -> *mut c_void {
         from_mut(self).cast()
@@ -64,7 +67,7 @@ where
     // SAFETY: the memory is large enough, which is checked, and aligned; everything else is a reference.
     unsafe {
         let (count, settings) = (values.len(), from_ref(&settings));
-        assert_eq!(ahrs_init(ahrs, 2048, filter(name), values.as_ptr(), count, settings), AHRS_OK, "{name}");
+        assert_eq!(ahrs_init(ahrs, MEMORY, filter(name), values.as_ptr(), count, settings), AHRS_OK, "{name}");
         if let Some([w, x, y, z]) = q0 {
             estimator.start_from(Quat::new(w, x, y, z));
             assert_eq!(ahrs_start_from(ahrs, [w, x, y, z].as_ptr()), AHRS_OK);
@@ -151,11 +154,11 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         assert_eq!(ahrs_size(null()), 0);
         assert_eq!(ahrs_size(madgwick), madgwick.size);
         let init = |values: &[f32], settings: *const AhrsSettings| {
-            ahrs_init(ahrs, 2048, madgwick, values.as_ptr(), values.len(), settings)
+            ahrs_init(ahrs, MEMORY, madgwick, values.as_ptr(), values.len(), settings)
         };
-        assert_eq!(ahrs_init(null_mut(), 2048, madgwick, null(), 0, null()), AHRS_NULL);
-        assert_eq!(ahrs_init(ahrs, 2048, null(), null(), 0, null()), AHRS_NULL);
-        assert_eq!(ahrs_init(ahrs, 2048, madgwick, null(), 1, null()), AHRS_NULL);
+        assert_eq!(ahrs_init(null_mut(), MEMORY, madgwick, null(), 0, null()), AHRS_NULL);
+        assert_eq!(ahrs_init(ahrs, MEMORY, null(), null(), 0, null()), AHRS_NULL);
+        assert_eq!(ahrs_init(ahrs, MEMORY, madgwick, null(), 1, null()), AHRS_NULL);
         assert_eq!(ahrs_init(ahrs, madgwick.size - 1, madgwick, null(), 0, null()), AHRS_MEMORY);
         assert_eq!(ahrs_init(ahrs.byte_add(4), 2000, madgwick, null(), 0, null()), AHRS_MEMORY);
         assert_eq!(init(&[-1.0], null()), AHRS_PARAMETER);
@@ -182,7 +185,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
             assert_eq!(ahrs_quat(ahrs, quat.as_mut_ptr()), AHRS_NO_FILTER);
             assert_eq!(ahrs_gyr_bias(ahrs, quat.as_mut_ptr()), AHRS_NO_FILTER);
             assert_eq!(ahrs_status(ahrs), AHRS_NO_FILTER);
-            memory.0 = [0; 2048];
+            memory.0 = [0; MEMORY];
         }
         assert_eq!(ahrs_update(null_mut(), null(), null(), null(), 0.01, null_mut()), AHRS_NULL);
         assert_eq!(ahrs_status(null()), AHRS_NULL);
