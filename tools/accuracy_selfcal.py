@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -26,7 +27,7 @@ ABLATIONS: list[tuple[str, dict[str, Any]]] = [
     ("no bias of the accelerometer", {"initial_acc_bias": 0.0}),
     ("gravity as given", {"initial_gravity": 0.0}),
     ("no bias of the gyroscope", {"initial_bias": 0.0}),
-    ("every field counts alike", {"mag_tolerance": 1e9}),
+    ("every field counts alike", {"mag_tolerance": 1e3}),
     ("no new reference field", {"mag_new_time": 1e6}),
     ("no rest", {"rest_gyr": 0.0}),
 ]
@@ -55,8 +56,9 @@ the first line is what the part is worth.
 SENSITIVITY = """
 ### Parameters halved and doubled
 
-Mean total error on BROAD with one parameter halved or doubled, and by how many per cent of {base} it differs; those
-that change it by less than {least:.0%} either way are left out of the table: {small}.
+Mean total error on BROAD with one parameter halved or doubled, and by how many per cent of {base} it differs. Left out of the
+table, as they change it by less than {least:.0%} either way:
+{small}.
 
 """
 
@@ -157,7 +159,7 @@ def _sensitivity(name: str, broad: Sequence[ar.Recording]) -> str:
         else:
             cells = [f"{total:.2f} ({change:+.0%})" for total, change in zip(totals, changes, strict=True)]
             rows.append([param.name, f"{default:g}", *cells])
-    head = SENSITIVITY.format(base=f"{base:.2f}", least=LEAST, small=", ".join(small) or "none")
+    head = SENSITIVITY.format(base=f"{base:.2f}", least=LEAST, small=textwrap.fill(", ".join(small) or "none", 120))
     return head.replace("Parameters halved", f"{name}: parameters halved") + _table(
         ["parameter", "default", "halved", "doubled"], rows
     )
