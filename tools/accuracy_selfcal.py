@@ -56,8 +56,8 @@ the first line is what the part is worth.
 SENSITIVITY = """
 ### Parameters halved and doubled
 
-Mean total error on BROAD with one parameter halved or doubled, and by how many per cent of {base} it differs. Left out of the
-table, as they change it by less than {least:.0%} either way:
+Mean total error on BROAD with one parameter halved or doubled, and by how many per cent of {base} it differs. Left out
+of the table, as they change it by less than {least:.0%} either way:
 {small}.
 
 """
