@@ -748,8 +748,6 @@ class SelfCalSmoother(Filter):
     @property
     def initial_hard_iron(self) -> float: ...
     @property
-    def initial_disturbance(self) -> float: ...
-    @property
     def initial_field(self) -> float: ...
     @property
     def initial_delay(self) -> float: ...
@@ -789,7 +787,6 @@ class SelfCalSmoother(Filter):
         initial_acc_bias: float = 0.04,
         initial_gravity: float = 0.015,
         initial_hard_iron: float = 0.0,
-        initial_disturbance: float = 0.02,
         initial_field: float = 0.1,
         initial_delay: float = 0.01,
         latency: float = 0.0,

@@ -1,9 +1,10 @@
 //! What the samples of a block leave behind: sums from which its prediction and its measurements are made.
 
 use super::state::State;
+use crate::filters::delay::caught_up;
 use crate::filters::kalman::{SATURATION, saturated};
 use crate::scalar::{Mask, Scalar};
-use crate::so3::{Matrix3, Vec3, exp_half};
+use crate::so3::{Matrix3, Vec3};
 
 /// The longest time in s that one measurement stands for.
 pub const LONGEST_INTERVAL: f64 = 0.1;
@@ -128,7 +129,7 @@ impl<S: Scalar> Block<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn points(&mut self, lanes: S::Mask, r: Matrix3<S>, field: Vec3<S>, turning: Vec3<S>, delay: S) {
         let field = saturated(Vec3::select(lanes, field, Vec3::zero()), S::of(SATURATION));
-        let seen = exp_half(turning * (S::of(-0.5) * delay)).rotate(field);
+        let seen = caught_up(field, turning, delay);
         let count = S::select(lanes, S::one(), S::zero());
         self.field = self.field + r.apply(seen);
         self.field_change = self.field_change + r.apply(turning.cross(seen));

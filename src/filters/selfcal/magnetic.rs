@@ -13,19 +13,28 @@ const DEVIATION_TIME: f64 = 0.25;
 /// How much the deviation of the heading counts.
 pub const HEADING_SHARE: f64 = 0.1;
 /// The deviation in norms of the field where it stops counting.
-const LARGEST_DEVIATION: f64 = 16.0;
+pub const LARGEST_DEVIATION: f64 = 16.0;
 /// The time constant in s of the mean field at the start.
 const START_TIME: f64 = 1.0;
 /// The start is over where the inclination is known to this many rad, and after so many s.
 pub const SETTLED: f64 = 0.05;
 const LONGEST_START: f64 = 10.0;
-/// A weight below this counts as rejection; below that the field is not used.
-const REJECTING_WEIGHT: f64 = 0.25;
-const SMALLEST_WEIGHT: f64 = 1e-4;
+/// A weight below this counts as rejection.
+pub const REJECTING_WEIGHT: f64 = 0.25;
+/// A field of a weight below this is not used.
+pub const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The time constant in s of a candidate for a new reference, and the angular rate in rad/s from which on it is tried.
 const CANDIDATE_TIME: f64 = 5.0;
 const CANDIDATE_TOLERANCE: f64 = 2.0;
 const TURNING_RATE: f64 = 0.35;
+
+/// The weight of a field that deviates by r, (1 + (r/s)²/ν)⁻².
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn weight<S: Scalar>(deviation: S, tolerance: S, tail: S) -> S {
+    let r = deviation / tolerance;
+    let growth = S::one() + r * r / tail;
+    S::one() / (growth * growth)
+}
 
 /// What is known of the magnetometer beside the states.
 #[derive(Clone, Debug)]
@@ -139,15 +148,13 @@ impl<S: Scalar> Reference<S> {
         lanes & done
     }
 
-    /// The weight of a field with a deviation, (1 + (r/s)²/ν)⁻², and where it is used.
+    /// The weight of a field with a deviation, and where it is used.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn weigh(&mut self, lanes: S::Mask, deviation2: S, dt: S, params: &Params<S>) -> (S, S::Mask) {
         let now = deviation2.sqrt().min(S::of(LARGEST_DEVIATION));
         let mean = self.deviation + one_minus_exp(dt * S::of(1.0 / DEVIATION_TIME)) * (now - self.deviation);
         self.deviation = S::select(lanes, mean, self.deviation);
-        let r = now.max(mean) / params.mag_tolerance;
-        let growth = S::one() + r * r / params.mag_tail;
-        let weight = S::one() / (growth * growth);
+        let weight = weight(now.max(mean), params.mag_tolerance, params.mag_tail);
         self.weight = S::select(lanes, weight, self.weight);
         (weight, lanes & S::of(SMALLEST_WEIGHT).lt(weight))
     }

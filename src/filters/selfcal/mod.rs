@@ -26,7 +26,7 @@ use super::kalman::{Square, block as part, congruent, new_vertical, put_rows, re
 use super::rest::{Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Scalar};
-use crate::so3::{Quat, Vec3, exp_half, rotate_by};
+use crate::so3::{Quat, Vec3, exp_half};
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -215,9 +215,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
-        let rate = sample.gyr - self.state.bias();
-        let turning = rate + self.state.misaligned(rate);
-        self.state.q = rotate_by(self.state.q, turning, dt);
+        let (rate, turning) = self.state.advance(sample.gyr, dt);
         let r = self.state.q.matrix();
         let turning = bounded_rate(turning);
         // A clipped axis says nothing of its column of the matrix, and leaves its angle unknown.

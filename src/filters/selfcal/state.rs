@@ -5,7 +5,7 @@
 use super::Params;
 use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros};
 use crate::scalar::{Mask, Real, Scalar};
-use crate::so3::{Quat, Vec3, exp_half};
+use crate::so3::{Quat, Vec3, exp_half, rotate_by};
 
 /// The number of states.
 pub const N: usize = 31;
@@ -89,6 +89,14 @@ impl<S: Scalar> State<S> {
     pub fn misaligned(&self, v: Vec3<S>) -> Vec3<S> {
         let row = |i: usize| vec3(&self.mean, MATRIX + 3 * i).dot(v);
         Vec3::new(row(0), row(1), row(2))
+    }
+    /// Turns the attitude by a sample of the gyroscope; gives ω − b and the angular rate (I + M)(ω − b).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn advance(&mut self, gyr: Vec3<S>, dt: S) -> (Vec3<S>, Vec3<S>) {
+        let rate = gyr - self.bias();
+        let turning = rate + self.misaligned(rate);
+        self.q = rotate_by(self.q, turning, dt);
+        (rate, turning)
     }
     /// The velocity in m/s.
     #[cfg_attr(not(debug_assertions), inline(always))]

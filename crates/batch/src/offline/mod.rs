@@ -6,7 +6,7 @@ pub mod selfcal;
 pub mod vqf;
 
 use ahrs_rs::params::ParamError;
-use ahrs_rs::{FilterSpec, Quat, Settings, Vec3};
+use ahrs_rs::{FilterSpec, Measured, Quat, Settings, Vec3};
 use ndarray::ArrayView2;
 
 use crate::recording::{Outputs, Recording, sensors_infinite};
@@ -24,6 +24,9 @@ pub struct Series {
     /// The time in s since the sample before.
     pub dt: Vec<f64>,
 }
+
+/// A measurement where it can be used.
+pub type Row = Option<Vec3<f64>>;
 
 /// What an offline filter makes of a recording, one entry a sample.
 #[derive(Default)]
@@ -57,6 +60,24 @@ pub struct OfflineEntry {
 /// The offline filters: one line a filter.
 pub const OFFLINE: &[OfflineEntry] =
     &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }, OfflineEntry { spec: &selfcal::SPEC, make: selfcal::make }];
+
+/// The rows of a sensor that hold a measurement.
+fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {
+    let row = |&row: &Vec3<f64>| Some(Measured::new(row)).filter(|measured| measured.valid).map(|_| row);
+    rows.map_or_else(|| vec![None; samples], |rows| rows.iter().map(row).collect())
+}
+
+/// The attitudes in the frame into which `to` turns, with signs that go on from each other; the first with w ≥ 0.
+fn continuous(attitudes: &[Quat<f64>], to: Quat<f64>) -> Vec<Quat<f64>> {
+    let mut before = Quat::identity();
+    let turns = to.vector().norm2() > 0.0;
+    let continued = |&q: &Quat<f64>| {
+        let q = if turns { to * q } else { q };
+        before = if q.dot(before) < 0.0 { -q } else { q };
+        before
+    };
+    attitudes.iter().map(continued).collect()
+}
 
 /// The offline filter of a name.
 pub fn offline_entry(name: &str) -> Option<&'static OfflineEntry> {

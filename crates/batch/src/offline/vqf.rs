@@ -16,9 +16,9 @@ use ahrs_rs::filters::vqf::{BIAS_SIGMA, DELTA, PARAMS, Params, QUAT6D, QUAT9D, R
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::signal::{Coefficients, Gain, LowPass};
 use ahrs_rs::so3::rotate_by;
-use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Measured, Quat, Scalar, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Quat, Scalar, Settings, Vec3};
 
-use super::{Offline, Series, Solution};
+use super::{Offline, Row, Series, Solution, continuous, usable};
 use crate::recording::HIDES_INFINITE;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::Avx2;
@@ -222,9 +222,6 @@ struct Taken {
     lessened: bool,
 }
 
-/// A measurement where it can be used.
-type Row = Option<Vec3<f64>>;
-
 impl Offline for OfflineVQF {
     fn solve(&self, series: &Series, outputs: &[usize], watch: &Watch) -> Option<Solution> {
         let steps: Vec<f64> = series.dt.iter().map(|dt| dt.clamp(0.0, LONGEST_STEP)).collect();
@@ -381,12 +378,6 @@ impl OfflineVQF {
     }
 }
 
-/// The rows of a sensor that hold a measurement.
-pub fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {
-    let row = |&row: &Vec3<f64>| Some(Measured::new(row)).filter(|measured| measured.valid).map(|_| row);
-    rows.map_or_else(|| vec![None; samples], |rows| rows.iter().map(row).collect())
-}
-
 /// The attitudes with the inclination that the low-pass filtered forces show. A missing one leaves the correction as it is;
 /// before the first one that is the one of the first.
 fn leveled(attitudes: &[Quat<f64>], forces: &[Row]) -> Vec<Quat<f64>> {
@@ -416,18 +407,6 @@ fn filled(angles: &[Option<f64>]) -> Vec<f64> {
         .collect();
     delta.reverse();
     delta
-}
-
-/// The attitudes in the frame into which `to` turns, with signs that go on from each other; the first with w ≥ 0.
-pub fn continuous(attitudes: &[Quat<f64>], to: Quat<f64>) -> Vec<Quat<f64>> {
-    let mut before = Quat::identity();
-    let turns = to.vector().norm2() > 0.0;
-    let continued = |&q: &Quat<f64>| {
-        let q = if turns { to * q } else { q };
-        before = if q.dot(before) < 0.0 { -q } else { q };
-        before
-    };
-    attitudes.iter().map(continued).collect()
 }
 
 /// The values of an output of the description, one row after the other.

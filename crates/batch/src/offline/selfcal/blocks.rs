@@ -5,16 +5,15 @@
 use ahrs_rs::filters::kalman::Column;
 use ahrs_rs::filters::rest::{Rest, Thresholds};
 use ahrs_rs::filters::selfcal::block::{Block, LONGEST_INTERVAL, Steps, bounded_rate};
-use ahrs_rs::filters::selfcal::magnetic::HEADING_SHARE;
+use ahrs_rs::filters::selfcal::magnetic::{HEADING_SHARE, LARGEST_DEVIATION, weight};
 use ahrs_rs::filters::selfcal::measurement::Seen;
 use ahrs_rs::filters::selfcal::state::{DELAY, N, State};
 use ahrs_rs::filters::selfcal::{BLOCK, LONGEST_FIELD};
-use ahrs_rs::so3::{exp_half, rotate_by};
+use ahrs_rs::so3::exp_half;
 use ahrs_rs::trig::atan2;
 use ahrs_rs::{Quat, Vec3};
 
-/// A measurement where it can be used.
-pub type Row = Option<Vec3<f64>>;
+use crate::offline::Row;
 
 /// The samples of a recording.
 #[derive(Default)]
@@ -135,9 +134,7 @@ impl Samples {
             let rates =
                 self.rates.get(rows.clone()).into_iter().flatten().zip(self.steps.get(rows).into_iter().flatten());
             for (((&gyr, &dt), (acc, mag)), (&rest, ends)) in rates.zip(sensors).zip(rest) {
-                let rate = gyr - state.bias();
-                let turning = rate + state.misaligned(rate);
-                state.q = rotate_by(state.q, turning, dt);
+                let (rate, turning) = state.advance(gyr, dt);
                 let r = state.q.matrix();
                 let turning = bounded_rate(turning);
                 sums.turns(r, gyr, rate, turning, dt);
@@ -186,9 +183,7 @@ impl Samples {
             turns.clear();
             let rates = self.rates.get(start..end).into_iter().flatten();
             for (&gyr, &dt) in rates.zip(self.steps.get(start..end).into_iter().flatten()) {
-                let rate = gyr - state.bias();
-                let turning = rate + state.misaligned(rate);
-                state.q = rotate_by(state.q, turning, dt);
+                let (_, turning) = state.advance(gyr, dt);
                 time += dt;
                 turns.push((state.q, turning, time));
             }
@@ -226,8 +221,8 @@ fn detected<'a>(
         .collect()
 }
 
-/// Sets the weight of every field: (1 + (r/s)²/ν)⁻² of its deviation r from the reference, or of the mean deviation around
-/// it where that is larger.
+/// Sets the weight of every field: that of its deviation from the reference, or of the mean deviation around it where that is
+/// larger.
 pub fn weigh(blocks: &mut [Summed], nominal: &Trajectory, state: &mut State<f64>, (tolerance, tail): (f64, f64)) {
     let mut fields: Vec<_> = Vec::with_capacity(blocks.len());
     for (node, block) in blocks.iter_mut().enumerate() {
@@ -241,9 +236,7 @@ pub fn weigh(blocks: &mut [Summed], nominal: &Trajectory, state: &mut State<f64>
     let offs: Vec<f64> = fields.iter().map(|(_, off)| *off).collect();
     for (index, (block, off)) in fields.into_iter().enumerate() {
         let around = offs.get(index.saturating_sub(AROUND)..(index + AROUND + 1).min(offs.len())).unwrap_or_default();
-        let r = off.max(around.iter().sum::<f64>() / around.len().max(1) as f64) / tolerance;
-        let growth = 1.0 + r * r / tail;
-        block.weight = 1.0 / (growth * growth);
+        block.weight = weight(off.max(around.iter().sum::<f64>() / around.len().max(1) as f64), tolerance, tail);
     }
 }
 
@@ -256,8 +249,6 @@ const NEAR_THE_END: f64 = 0.98;
 const NEAR_FOR_EACH: f64 = 1.5;
 /// No gyroscope has a smaller range, in rad/s.
 const SMALLEST_RANGE: f64 = 2.0;
-/// The deviation in norms of the field where it stops counting.
-const LARGEST_DEVIATION: f64 = 16.0;
 /// How many blocks on either side count for the mean deviation: 0.25 s.
 const AROUND: usize = 2;
 

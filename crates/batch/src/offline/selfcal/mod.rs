@@ -15,17 +15,18 @@ use ahrs_rs::filter::{Equivariance, Magnetometer, OutputSpec, Sample};
 use ahrs_rs::filters::SelfCalKF;
 use ahrs_rs::filters::kalman::{Column, Square, congruent, put_rows, reported, rows, transposed, vec3, zeros};
 use ahrs_rs::filters::rest::Thresholds;
+use ahrs_rs::filters::selfcal::magnetic::REJECTING_WEIGHT;
 use ahrs_rs::filters::selfcal::measurement::Seen;
 use ahrs_rs::filters::selfcal::state::{
     ACC_BIAS, BIAS, DELAY, DISTURBANCE, GRAVITY, HORIZONTAL, IRON, MATRIX, N, State, VELOCITY, VERTICAL,
 };
 use ahrs_rs::filters::selfcal::{PARAMS as CAUSAL, Params as CausalParams};
 use ahrs_rs::params::{ParamError, ParamSet, ParamSpec};
-use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Measured, Quat, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Quat, Settings, Vec3};
 
-use self::blocks::{Row, Samples, Summed, Trajectory, rotation_vector, weigh};
+use self::blocks::{Samples, Summed, Trajectory, rotation_vector, weigh};
 use self::smoother::{ASKED, smooth};
-use super::{Offline, Series, Solution};
+use super::{Offline, Series, Solution, continuous, usable};
 use crate::recording::HIDES_INFINITE;
 use crate::threads::Watch;
 
@@ -35,8 +36,6 @@ const TILE: usize = 4096;
 const PASSES: usize = 2;
 const MOST_PASSES: usize = 8;
 const CONVERGED: f64 = 0.01;
-/// A weight below this counts as rejection.
-const REJECTING_WEIGHT: f64 = 0.25;
 
 /// Gravity is that of the parameter as long as the specific force at rest is no further from it than this, in m/s²: beyond
 /// that the accelerometer's scale is another one.
@@ -147,8 +146,6 @@ ahrs_rs::params! {
     real initial_gravity: "m/s²" = 0.015 in [0.0, 1e3];
     /// The same of the hard iron, in norms of the field; zero: there is none.
     real initial_hard_iron: "1" = 0.0 in [0.0, 1e3];
-    /// The same of the disturbance, in norms of the field.
-    real initial_disturbance: "1" = 0.02 in [0.0, 1e3];
     /// The same of the reference field, in its norms.
     real initial_field: "1" = 0.1 in [1e-9, 1e3];
     /// The same of the magnetometer's delay.
@@ -280,7 +277,7 @@ impl Offline for SelfCalSmoother {
         let extra = |&index: &usize| found.output(index, &ends, (&quats, headed), norm);
         Some(Solution {
             extra: outputs.iter().map(extra).collect(),
-            quat: super::vqf::continuous(&quats, self.settings.output_rotation(headed)),
+            quat: continuous(&quats, self.settings.output_rotation(headed)),
             gyr_bias,
             status,
         })
@@ -424,12 +421,6 @@ impl Found {
         }
         values
     }
-}
-
-/// The rows of a sensor that hold a measurement.
-fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {
-    let row = |&row: &Vec3<f64>| Some(Measured::new(row)).filter(|measured| measured.valid).map(|_| row);
-    rows.map_or_else(|| vec![None; samples], |rows| rows.iter().map(row).collect())
 }
 
 /// The median, the upper one of two; one where there is none.

@@ -10,6 +10,7 @@
 use ahrs_rs::Quat;
 use ahrs_rs::filters::kalman::{Column, Square, product, rows, transposed, vec3, zeros};
 use ahrs_rs::filters::selfcal::Params;
+use ahrs_rs::filters::selfcal::magnetic::SMALLEST_WEIGHT;
 use ahrs_rs::filters::selfcal::measurement::{self, Row, Seen};
 use ahrs_rs::filters::selfcal::prediction::Transition;
 use ahrs_rs::filters::selfcal::state::{
@@ -23,8 +24,6 @@ use super::blocks::{Summed, Trajectory, rotation_vector};
 const BEYOND_RANGE: f64 = 3.0;
 /// How often the variance of an angle of the inclination counts as noise of the field: its error lasts longer than a block.
 const INCLINATION_NOISE: f64 = 4.0;
-/// A weight below this is none.
-const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The states of whose smoothed covariance somebody asks at every block: the attitude's error and the gyroscope's bias.
 pub const ASKED: usize = 6;
 
