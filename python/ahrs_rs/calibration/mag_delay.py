@@ -161,9 +161,8 @@ class _Windows:
         self.attitudes = Attitudes(np.asarray(integrated.quat), recording.t)
         self.t, self.there, self.mag = recording.t, there, np.where(there[:, np.newaxis], mag / norm, 0.0)
         rate = np.where(np.isnan(gyr), 0.0, gyr)
-        self.turns = rate * np.diff(recording.t, prepend=recording.t[0])[:, np.newaxis]
         self.steps = np.diff(recording.t, prepend=recording.t[0])
-        self.compute(0.0)
+        self.turns = rate * self.steps[:, np.newaxis]
 
     def compute(self, delay: float) -> None:
         """Sums about a delay, s."""
@@ -203,12 +202,12 @@ class _Windows:
         # A window stands in its own frame.
         quat = np.where(np.isnan(quat), 0.0, quat).reshape(*shape, 4)
         rate = rate.reshape(*shape, 3)
-        r = np.stack([_quat.rotate(quat, np.broadcast_to(unit, m.shape)) for unit in np.eye(3)], axis=-1)
+        r = _matrices(quat)
         y = np.einsum("wnij,wnj->wni", r, m)
         count = np.maximum(known.sum(axis=1), 1).astype(np.float64)
         field = np.where(known[..., np.newaxis], y, 0.0).sum(axis=1) / count[:, np.newaxis]
         seen = np.einsum("wnji,wj->wni", r, field)  # the field in the sensor frame
-        r_now = self._now(index)
+        r_now = _matrices(self.attitudes.quat[index])
         theta = np.concatenate(
             (
                 r_now * self.steps[index][..., np.newaxis, np.newaxis],
@@ -231,11 +230,11 @@ class _Windows:
         sums = both.swapaxes(1, 2) @ both
         return sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1], count
 
-    def _now(self, index: NDArray[np.intp]) -> FloatArray:
-        """(w, n, 3, 3) the attitudes at the samples."""
-        quat = self.attitudes.quat[index]
-        shape = (*index.shape, 3)
-        return np.stack([_quat.rotate(quat, np.broadcast_to(unit, shape)) for unit in np.eye(3)], axis=-1)
+
+def _matrices(quat: FloatArray) -> FloatArray:
+    """(..., 3, 3) the matrices of quaternions (..., 4)."""
+    shape = (*quat.shape[:-1], 3)
+    return np.stack([_quat.rotate(quat, np.broadcast_to(unit, shape)) for unit in np.eye(3)], axis=-1)
 
 
 def _without_line(values: FloatArray, t: FloatArray, known: NDArray[np.bool_], count: FloatArray) -> FloatArray:
