@@ -15,7 +15,7 @@ import ahrs_rs as ar
 sys.path.insert(0, str(Path(__file__).parent))
 
 import accuracy_selfcal
-from accuracy_scores import aligned_scores, row, scores
+from accuracy_scores import aligned_scores, scores, table
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "accuracy.md"
 
@@ -103,16 +103,16 @@ def parameter_sets() -> list[tuple[str, dict[str, Any]]]:
 def repoimu(recordings: list[ar.Recording], names: list[str]) -> str:
     """The section on RepoIMU."""
     head = ["filter", *names, "total", "heading", "inclination"]
-    lines = [row(head), row(["---"] + ["---:"] * (len(head) - 1))]
+    lines = []
     lacking: set[str] = set()
     for name, cls in ar.FILTERS.items():
         if cls.MAGNETOMETER:
             rows, found = aligned_scores(name, {}, recordings)
             lacking |= {which for which, one in zip(names, found, strict=True) if not one.determined}
             numbers = [*rows[:, 0], *rows.mean(axis=0)]
-            lines.append(row([name, *(f"{number:.2f}" for number in numbers)]))
+            lines.append([name, *(f"{number:.2f}" for number in numbers)])
     shown = ", ".join(which for which in names if which in lacking) or "none of these"
-    return REPOIMU.format(count=len(recordings), lacking=shown) + "\n".join(lines) + "\n"
+    return REPOIMU.format(count=len(recordings), lacking=shown) + table(head, lines)
 
 
 def main() -> int:

@@ -14,6 +14,11 @@ from pathlib import Path
 import numpy as np
 
 import ahrs_rs as ar
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from accuracy_scores import scores
+
 from ahrs_rs.calibration import Calibration, CalibrationError, CalibrationWarning, EllipsoidFit
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "calibration.md"
@@ -96,13 +101,8 @@ def delays(recordings: list[tuple[str, ar.Recording]]) -> list[str]:
 
 def delayed(recordings: list[ar.Recording], name: str, delay: float) -> str:
     """Mean errors, total and heading."""
-    scores = []
-    for recording in recordings:
-        f = ar.FILTERS[name](rate=recording.rate, mag_delay=delay)  # type: ignore[call-arg]
-        est = f.run(recording.gyr, recording.acc, recording.mag, t=recording.t)
-        assert recording.ref is not None
-        scores.append(ar.metrics.score(est.quat, recording.ref, recording.mask))
-    return f"{np.mean([one.total for one in scores]):.2f} / {np.mean([one.heading for one in scores]):.2f}"
+    total, heading, _ = scores(name, {"mag_delay": delay}, recordings).mean(axis=0)
+    return f"{total:.2f} / {heading:.2f}"
 
 
 def fitted(mag: np.ndarray, parameters: int) -> EllipsoidFit | str:
