@@ -169,10 +169,10 @@ def motion(
     )
 
 
-def disturbed() -> Signals:
+def disturbed(wrong: slice = slice(2400, None)) -> Signals:
     """A hand-held sensor that rests from 0 to 4 s and from 20 to 24 s, at 100 Hz for 40 s.
 
-    It is accelerated eastwards by 8 m/s² from 10 to 15 s, and the field is wrong by 40 µT from 24 s on.
+    It is accelerated eastwards by 8 m/s² from 10 to 15 s, and the field is wrong by 40 µT in the samples `wrong`.
     """
     r = simulate.demo(40.0, RATE, 1)
     assert r.acc is not None
@@ -180,7 +180,7 @@ def disturbed() -> Signals:
     assert r.ref is not None
     signals = Signals(r.t, r.gyr.copy(), r.acc.copy(), r.mag.copy(), truth=r.ref, before=r.ref[0])
     signals.acc[1000:1500] += rotation(r.ref[1000:1500]).inv().apply([8.0, 0.0, 0.0])
-    signals.mag[2400:] += rotation(r.ref[2400:]).inv().apply([40.0, 0.0, 0.0])
+    signals.mag[wrong] += rotation(r.ref[wrong]).inv().apply([40.0, 0.0, 0.0])
     return signals
 
 

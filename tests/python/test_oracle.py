@@ -64,6 +64,11 @@ def test_rest_acceleration_and_a_disturbed_field(case: Case) -> None:
     compare(case, disturbed())
 
 
+@each_case
+def test_a_start_in_a_field_that_is_soon_another_one(case: Case) -> None:
+    compare(case, disturbed(slice(800)))
+
+
 def hostile(samples: int, seed: int) -> Signals:
     """Measurements of which a fifth of the rows hold something that is hardly a measurement."""
     rng = np.random.default_rng(seed)

@@ -584,7 +584,8 @@ typedef union AhrsVQF {
  * - mag_tail (1, 1.7 in [0.001, 1000000.0]): How slowly it does: the weight is (1 +
  *   (deviation/tolerance)²/tail)⁻².
  * - mag_new_time (s, 20.0 in [0.0, 1000000.0]): Time of movement after which a field that is not the
- *   reference's, but the same all the time, is the new reference.
+ *   reference's, but the same all the time, is the new reference. A reference that has been seen for less time
+ *   itself is given up after that time, and after a quarter of this at the earliest.
  * - disturbance (1, 0.018 in [0.0, 1000.0]): Standard deviation of the field's disturbance, in norms of the
  *   field. Here and in all that follows, 0 takes the state out of the estimate.
  * - disturbance_time (s, 8.0 in [0.001, 1000000.0]): The time for which a disturbance lasts.
@@ -616,7 +617,7 @@ typedef union AhrsVQF {
 extern const AhrsFilter ahrs_SelfCalKF;
 typedef union AhrsSelfCalKF {
   uint64_t aligned;
-  unsigned char bytes[4784];
+  unsigned char bytes[4792];
 } AhrsSelfCalKF;
 
 /**

@@ -25,6 +25,8 @@ pub const REJECTING_WEIGHT: f64 = 0.25;
 pub const SMALLEST_WEIGHT: f64 = 1e-4;
 /// The time constant in s of a candidate for a new reference, and the angular rate in rad/s from which on it is tried.
 const CANDIDATE_TIME: f64 = 5.0;
+/// A field of one place is the new reference after this share of the time that it takes at most.
+const SHORTEST_NEW_TIME: f64 = 0.25;
 const CANDIDATE_TOLERANCE: f64 = 2.0;
 const TURNING_RATE: f64 = 0.35;
 
@@ -56,6 +58,8 @@ pub struct Reference<S> {
     /// A field (earth frame) that may be a new reference, and how long it has been the same while the sensor turned.
     candidate: Vec3<S>,
     turned: S,
+    /// How long the reference has been seen while the sensor turned.
+    confirmed: S,
 }
 
 impl<S: Scalar> Default for Reference<S> {
@@ -79,6 +83,7 @@ impl<S: Scalar> Reference<S> {
             weight: S::one(),
             candidate: Vec3::zero(),
             turned: o,
+            confirmed: o,
         }
     }
 
@@ -98,10 +103,16 @@ impl<S: Scalar> Reference<S> {
         self.weight.lt(S::of(REJECTING_WEIGHT))
     }
 
+    /// After how long a field of one place is the new reference: after as long as the present one was seen.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn new_time(&self, longest: S) -> S {
+        self.confirmed.max(S::of(SHORTEST_NEW_TIME) * longest)
+    }
+
     /// Where the field that counts little has been that of one place for half the time after which it is the new reference.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn recovers(&self, new_time: S) -> S::Mask {
-        (S::of(0.5) * new_time).lt(self.turned)
+    pub fn recovers(&self, longest: S) -> S::Mask {
+        (S::of(0.5) * self.new_time(longest)).lt(self.turned)
     }
 
     /// Turns what is known of the start's field.
@@ -170,17 +181,21 @@ impl<S: Scalar> Reference<S> {
         (dt, rate2): (S, S),
         params: &Params<S>,
     ) -> S::Mask {
-        let strange = lanes & self.rejects();
+        let rejects = self.rejects();
+        let strange = lanes & rejects;
         let near = S::of(CANDIDATE_TOLERANCE) * params.mag_tolerance;
         let same = (measured - self.candidate).norm2().lt(near * near * self.candidate.norm2());
         let turning = S::of(TURNING_RATE * TURNING_RATE).lt(rate2);
-        let longer = S::select(turning, (self.turned + dt).min(params.mag_new_time), self.turned);
-        let turned = S::select(strange & same, longer, S::zero());
+        let longest = params.mag_new_time;
+        let longer = |time: S| S::select(turning, (time + dt).min(longest), time);
+        let turned = S::select(strange & same, longer(self.turned), S::zero());
+        let needed = self.new_time(longest);
+        self.confirmed = S::select(lanes & !rejects, longer(self.confirmed), self.confirmed);
         self.turned = S::select(lanes, turned, self.turned);
         let gain = one_minus_exp(dt * S::of(1.0 / CANDIDATE_TIME));
         let moved = self.candidate + (measured - self.candidate) * gain;
         self.candidate = Vec3::select(lanes, Vec3::select(same, moved, measured), self.candidate);
-        let renewed = strange & params.mag_new_time.le(turned);
+        let renewed = strange & needed.le(turned);
         if renewed.any() {
             let Vec3 { x, y, z } = self.candidate;
             let across = (x * x + y * y).sqrt();
@@ -191,6 +206,7 @@ impl<S: Scalar> Reference<S> {
                 state.forget(renewed, i, initial_variance(params, i));
             }
             state.forget(renewed, TURN, initial_variance(params, TURN));
+            self.confirmed = S::select(renewed, turned, self.confirmed);
             self.turned = S::select(renewed, S::zero(), self.turned);
             self.deviation = S::select(renewed, S::zero(), self.deviation);
             self.weight = S::select(renewed, S::one(), self.weight);
@@ -202,8 +218,8 @@ impl<S: Scalar> Reference<S> {
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.sum.each(visit);
         self.candidate.each(visit);
-        let Reference { scale, interval, settled, age, count, deviation, weight, turned, .. } = self;
-        for variable in [scale, interval, settled, age, count, deviation, weight, turned] {
+        let Reference { scale, interval, settled, age, count, deviation, weight, turned, confirmed, .. } = self;
+        for variable in [scale, interval, settled, age, count, deviation, weight, turned, confirmed] {
             visit(variable);
         }
     }

@@ -99,7 +99,9 @@ params! {
     real mag_tolerance: "1" = 0.09 in [1e-6, 1e9];
     /// How slowly it does: the weight is (1 + (deviation/tolerance)²/tail)⁻².
     real mag_tail: "1" = 1.7 in [1e-3, 1e6];
-    /// Time of movement after which a field that is not the reference's, but the same all the time, is the new reference.
+    /// Time of movement after which a field that is not the reference's, but the same all the time, is the new reference. A
+    /// reference that has been seen for less time itself is given up after that time, and after a quarter of this at the
+    /// earliest.
     real mag_new_time: "s" = 20.0 in [0.0, 1e6];
     /// Standard deviation of the field's disturbance, in norms of the field. Here and in all that follows, 0 takes the state
     /// out of the estimate.

@@ -155,7 +155,7 @@ class SelfCalKF:
         self.still_time = self.acc_interval = self.mag_interval = 0.0
         self.scale = 0.0
         self.headed = self.settled = False
-        self.age = self.deviation = self.turned = self.count = 0.0
+        self.age = self.deviation = self.turned = self.confirmed = self.count = 0.0
         self.sum, self.candidate = np.zeros(3), np.zeros(3)
         self.weight = 1.0
         self.flags = 0
@@ -246,7 +246,7 @@ class SelfCalKF:
         if dt > 0.0 and block.time + 0.5 * dt >= 0.1:
             self._end_block()
         if self.weight < 0.25:
-            self.flags |= MAG_REJECTED | (RECOVERING if self.turned > 0.5 * k.mag_new_time else 0)
+            self.flags |= MAG_REJECTED | (RECOVERING if self.turned > 0.5 * self._new_time() else 0)
 
     def _slip(self, rate: Array, dt: float) -> float:
         """The variance of the angle that an irregular step leaves unknown."""
@@ -405,21 +405,27 @@ class SelfCalKF:
         self.age += dt
         self.settled = bool((self.p[0, 0] + self.p[1, 1]) / 2 < 0.05**2 or self.age > 10.0)
 
+    def _new_time(self) -> float:
+        """How long a strange field has to be the same: as long as the reference has been seen, within limits."""
+        return max(self.confirmed, 0.25 * self.k.mag_new_time)
+
     def _renew(self, measured: Array, dt: float, rate2: float) -> bool:
         """Whether a strange field has been the same for so long that it is the new reference."""
         strange = self.weight < 0.25
         near = 2.0 * self.k.mag_tolerance * np.linalg.norm(self.candidate)
         same = bool(np.linalg.norm(measured - self.candidate) < near)
-        longer = min(self.turned + dt, self.k.mag_new_time) if rate2 > 0.35**2 else self.turned
-        self.turned = longer if strange and same else 0.0
+        turning = dt if rate2 > 0.35**2 else 0.0
+        needed = self._new_time()
+        self.turned = min(self.turned + turning, self.k.mag_new_time) if strange and same else 0.0
+        if not strange:
+            self.confirmed = min(self.confirmed + turning, self.k.mag_new_time)
         moved = self.candidate + (measured - self.candidate) * -math.expm1(-dt / 5.0)
         self.candidate = moved if same else measured
-        if not (strange and self.turned >= self.k.mag_new_time):
+        if not (strange and self.turned >= needed):
             return False
         self._take_reference(self.candidate)
         self._forget(TURN)
-        self.turned = self.deviation = 0.0
-        self.weight = 1.0
+        self.confirmed, self.turned, self.deviation, self.weight = self.turned, 0.0, 0.0, 1.0
         return True
 
     def _inject(self, x: Array) -> None:
