@@ -1,10 +1,10 @@
 """`SelfCalKF` in whole matrices: transition F P Fᵀ, Joseph's form, one scalar measurement after the other.
 
-The state is θ(3, earth frame), b(3), M(9, row by row), v(3), b_a(3), g, h(3), d(3), B_h, B_z, τ; see docs/selfcal.md.
+The model is that of `selfcal_model`; here is what the filter does with it, see docs/selfcal.md.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
@@ -16,90 +16,39 @@ from .kalman import (
     RECOVERING,
     REST,
     SAME_VERTICAL,
-    SATURATION,
-    UNKNOWN_ANGLE,
     Array,
     joseph,
     reported,
     rotation,
     saturated,
-    skew,
     triple,
+)
+from .selfcal_model import (
+    ACC_BIAS,
+    BIAS,
+    BLOCK,
+    DELAY,
+    DISTURBANCE,
+    GRAVITY,
+    HORIZONTAL,
+    IRON,
+    LONGEST_FIELD,
+    LONGEST_FORCE,
+    MATRIX,
+    TURN,
+    VELOCITY,
+    VERTICAL,
+    Block,
+    N,
+    Parameters,
+    Rest,
+    Slip,
+    corrected,
 )
 from .so3 import IDENTITY, Quat, Vec3, about_z, exp_half, multiply, normalize, shortest_to_z
 
-N = 31
-THETA, TURN, BIAS, MATRIX, VELOCITY, ACC_BIAS, GRAVITY = 0, 2, 3, 6, 15, 18, 21
-IRON, DISTURBANCE, HORIZONTAL, VERTICAL, DELAY = 22, 25, 28, 29, 30
 #: Groups of states with one limit of their mean variance: first index, number.
 GROUPS = ((0, 2), (2, 1), (3, 3), (6, 9), (15, 3), (18, 3), (21, 1), (22, 3), (25, 3), (28, 2), (30, 1))
-
-
-@dataclass
-class Parameters:
-    """Those of the filter."""
-
-    gyr_noise: float = 3e-4
-    rate_noise: float = 7e-4
-    gyr_range: float = 0.0
-    bias_noise: float = 5e-5
-    velocity: float = 0.3
-    velocity_time: float = 0.5
-    velocity_noise: float = 0.01
-    mag_noise: float = 0.04
-    mag_rate_noise: float = 7e-4
-    mag_tolerance: float = 0.09
-    mag_tail: float = 1.7
-    mag_new_time: float = 20.0
-    disturbance: float = 0.018
-    disturbance_time: float = 8.0
-    hard_iron_noise: float = 1e-3
-    largest_hard_iron: float = 0.1
-    rest_gyr: float = math.radians(2.0)
-    rest_acc: float = 0.5
-    rest_time: float = 1.5
-    rest_noise: float = 5e-4
-    rest_velocity: float = 0.02
-    initial_inclination: float = 0.5
-    initial_heading: float = 1.0
-    initial_bias: float = 0.0087
-    initial_matrix: float = 0.003
-    initial_velocity: float = 1.0
-    initial_acc_bias: float = 0.04
-    initial_gravity: float = 0.05
-    initial_hard_iron: float = 1e-3
-    initial_field: float = 0.05
-    initial_delay: float = 0.015
-    latency: float = 0.0
-    gravity: float = 9.80665
-
-    def initial_variances(self) -> Array:
-        """Of all states."""
-        sigma = [self.initial_inclination] * 2 + [self.initial_heading] + [self.initial_bias] * 3
-        sigma += [self.initial_matrix] * 9 + [self.initial_velocity] * 3 + [self.initial_acc_bias] * 3
-        sigma += [self.initial_gravity] + [self.initial_hard_iron] * 3 + [self.disturbance] * 3
-        sigma += [self.initial_field] * 2 + [self.initial_delay]
-        return np.array(sigma) ** 2
-
-    def largest_variances(self) -> Array:
-        """The largest of all states."""
-        largest = self.initial_variances()
-        largest[:3] = UNKNOWN_ANGLE
-        largest[VELOCITY:ACC_BIAS] += self.velocity**2
-        iron = slice(IRON, DISTURBANCE)
-        largest[iron] = np.maximum(largest[iron], self.largest_hard_iron**2)
-        return largest
-
-
-class Block:
-    """Sums over the samples of 0.1 s."""
-
-    def __init__(self) -> None:
-        self.time = self.rate2 = self.slip = self.rest = self.force_time = 0.0
-        self.fields = 0
-        self.turn, self.clipped, self.force_turn, self.field_turn = (np.zeros((3, 3)) for _ in range(4))
-        self.matrix = np.zeros((3, 9))
-        self.gyr, self.force, self.field, self.field_change = (np.zeros(3) for _ in range(4))
 
 
 class Axis:
@@ -148,11 +97,8 @@ class SelfCalKF:
         self.block = Block()
         self.level, self.level_time = np.zeros(3), 0.0
         self.axes = [Axis(), Axis(), Axis()]
-        self.last_rate: Array | None = None
-        self.usual = 0.0
-        self.low_gyr: Array | None = None
-        self.low_acc: Array | None = None
-        self.still_time = self.acc_interval = self.mag_interval = 0.0
+        self.slip, self.rest = Slip(), Rest()
+        self.acc_interval = self.mag_interval = 0.0
         self.scale = 0.0
         self.headed = self.settled = False
         self.age = self.deviation = self.turned = self.confirmed = self.count = 0.0
@@ -201,8 +147,7 @@ class SelfCalKF:
         self.flags = 0
         k, block = self.k, self.block
         omega = np.array(gyr)
-        rate = omega - self.x[BIAS:MATRIX]
-        turning = rate + self.x[MATRIX:VELOCITY].reshape(3, 3) @ rate
+        rate, turning = corrected(omega, self.x)
         self.q = gyro_step(self.q, triple(turning), dt, "exponential")
         r = rotation(self.q)
         turning = saturated(turning, 1e4)
@@ -210,25 +155,15 @@ class SelfCalKF:
         others = [any(moved[:i] + moved[i + 1 :]) for i in range(3)]
         seen_by = zip(self.axes, gyr, others, strict=True)
         clipped = np.array([axis.see(value, other, k.gyr_range, dt) for axis, value, other in seen_by])
-        angle = np.where(clipped > 0.0, 0.0, rate) * dt
-        block.time += dt
-        block.turn += r * dt
-        block.matrix += (r[:, :, None] * angle).reshape(3, 9)
+        block.turns(r, omega, np.where(clipped > 0.0, 0.0, rate) * dt, turning, dt)
         block.clipped += r @ np.diag(clipped) @ r.T
-        block.rate2 += float(turning @ turning) * dt
-        block.gyr += omega * dt
-        block.slip += self._slip(turning, dt)
+        block.slip += self.slip.step(turning, dt)
 
-        self.acc_interval = min(self.acc_interval + dt, 0.1)
-        if acc is not None:
-            force = np.array(acc)
-            if np.linalg.norm(force) > SATURATION * self.x[GRAVITY]:
-                self.flags |= ACC_REJECTED
-            else:
-                block.force += r @ (force - self.x[ACC_BIAS:GRAVITY]) * self.acc_interval
-                block.force_turn += r * self.acc_interval
-                block.force_time += self.acc_interval
-        if self._rests(omega, acc, dt):
+        self.acc_interval = min(self.acc_interval + dt, LONGEST_FORCE)
+        force = None if acc is None else np.array(acc)
+        if force is not None and not block.pushes(r, force, self.x, self.acc_interval):
+            self.flags |= ACC_REJECTED
+        if self.rest.step(omega, force, dt, self.acc_interval, self.x[BIAS:MATRIX], k):
             self.flags |= REST
             block.rest += dt
         if acc is not None:
@@ -236,84 +171,34 @@ class SelfCalKF:
         if mag is not None:
             if self.scale == 0.0:
                 self.scale = 1.0 / math.hypot(*mag)
-            field = saturated(np.array(mag) * self.scale, SATURATION)
-            seen = rotation(exp_half(triple(turning * (-0.5 * self.x[DELAY])))) @ field
-            block.field += r @ seen
-            block.field_change += r @ np.cross(turning, seen)
-            block.field_turn += r
-            block.fields += 1
-        self.mag_interval = min(self.mag_interval + dt, 0.2)
-        if dt > 0.0 and block.time + 0.5 * dt >= 0.1:
+            block.points(r, np.array(mag) * self.scale, turning, self.x)
+        self.mag_interval = min(self.mag_interval + dt, LONGEST_FIELD)
+        if dt > 0.0 and block.time + 0.5 * dt >= BLOCK:
             self._end_block()
         if self.weight < 0.25:
             self.flags |= MAG_REJECTED | (RECOVERING if self.turned > 0.5 * self._new_time() else 0)
 
-    def _slip(self, rate: Array, dt: float) -> float:
-        """The variance of the angle that an irregular step leaves unknown."""
-        if self.last_rate is None:
-            self.last_rate, self.usual = rate, dt
-        across = 0.5 * np.linalg.norm(rate - self.last_rate) + 0.1 * np.linalg.norm(rate)
-        slip = min(float(across) * abs(dt - self.usual), 3.0) ** 2
-        self.usual += 0.02 * (min(dt, 2.0 * self.usual + 1e-4) - self.usual)
-        self.last_rate = rate
-        return slip
-
-    def _rests(self, gyr: Array, acc: Vec3 | None, dt: float) -> bool:
-        k = self.k
-        if self.low_gyr is None:
-            self.low_gyr = gyr
-        self.low_gyr = self.low_gyr + (gyr - self.low_gyr) * (dt / (0.5 + dt))
-        still = bool(np.linalg.norm(gyr - self.low_gyr) < k.rest_gyr)
-        if acc is None:
-            still = still and self.acc_interval < 0.1
-        else:
-            force, interval = np.array(acc), self.acc_interval
-            if self.low_acc is None:
-                self.low_acc = force
-            self.low_acc = self.low_acc + (force - self.low_acc) * (interval / (0.5 + interval))
-            still = still and bool(np.linalg.norm(force - self.low_acc) < k.rest_acc)
-        self.still_time = min(self.still_time + dt, 1e6) if still else 0.0
-        slow = np.linalg.norm(self.low_gyr - self.x[BIAS:MATRIX]) < k.rest_gyr
-        return bool(self.still_time > k.rest_time and slow)
-
     def _predict(self) -> None:
         """Covariance and mean over the block."""
         k, block = self.k, self.block
-        f = np.eye(N)
-        f[:3, BIAS:MATRIX] = -block.turn @ (np.eye(3) + self.x[MATRIX:VELOCITY].reshape(3, 3))
-        f[:3, MATRIX:VELOCITY] = block.matrix
-        v = slice(VELOCITY, ACC_BIAS)
-        pushed = -skew(block.force)
-        pushed[:, TURN] = 0.0  # the velocity's error turns with the heading
-        f[v, :3] = pushed
-        f[v, BIAS:VELOCITY] = 0.5 * pushed @ f[:3, BIAS:VELOCITY]
-        f[v, ACC_BIAS:GRAVITY] = -block.force_turn
-        f[VELOCITY + 2, GRAVITY] = -block.force_time
+        f = block.transition(self.x)
         kept = math.exp(-block.time / k.disturbance_time)
         f[DISTURBANCE:HORIZONTAL, DISTURBANCE:HORIZONTAL] *= kept
-        noise = np.zeros(N)
-        noise[:3] = k.gyr_noise**2 * block.time + k.rate_noise**2 * block.rate2 + block.slip
-        noise[BIAS:MATRIX] = k.bias_noise**2 * block.time
-        unknown = min(max(block.time - block.force_time, 0.0), 1.0) * k.gravity
-        noise[v] = k.velocity_noise**2 * block.time + unknown**2
-        noise[IRON:DISTURBANCE] = k.hard_iron_noise**2 * block.time
-        noise[DISTURBANCE:HORIZONTAL] = k.disturbance**2 * (1.0 - kept**2)
-        self.p = f @ self.p @ f.T + np.diag(noise)
+        self.p = f @ self.p @ f.T + np.diag(block.noise(k, kept))
         self.p[:3, :3] += (block.clipped + block.clipped.T) / 2
         largest, factors = k.largest_variances(), np.ones(N)
         for start, count in GROUPS:
             total, limit = np.trace(self.p[start : start + count, start : start + count]), largest[start] * count
             factors[start : start + count] = math.sqrt(limit / total) if total > limit else 1.0
         self.p *= np.outer(factors, factors)
-        self.x[v] += block.force - np.array([0.0, 0.0, self.x[GRAVITY] * block.force_time])
-        self.x[DISTURBANCE:HORIZONTAL] *= kept
+        self.x = block.predicted(self.x, kept)
 
     def _end_block(self) -> None:
         k, block = self.k, self.block
         self._predict()
         starting = self._level()
         rest = block.time < 2.0 * block.rest
-        v2 = k.rest_velocity**2 if rest else 2.0 * k.velocity**2 * k.velocity_time / block.time
+        v2 = k.velocity_variance(rest, block.time)
         unit = np.eye(N)
         rows = [(unit[VELOCITY + i], -self.x[VELOCITY + i], v2, False) for i in range(3) if not starting]
         if rest:
@@ -353,29 +238,17 @@ class SelfCalKF:
         k, block, dt = self.k, self.block, self.mag_interval
         self.mag_interval = 0.0
         self.headed = True
-        turn, field, change = (m / block.fields for m in (block.field_turn, block.field, block.field_change))
-        clean = field - turn @ self.x[IRON:DISTURBANCE]
-        off = clean - np.array([0.0, self.x[HORIZONTAL], self.x[VERTICAL]])
         turning2 = block.rate2 / block.time
         if not self.settled:
-            self._settle(field, dt)
+            self._settle(block.field / block.fields, dt)
             return []
-        longer = math.hypot(clean[0], clean[1]) - (clean[1] - off[1])
-        turned2 = max(off[0] ** 2 + off[1] ** 2 - longer**2, 0.0)
-        now = min(math.sqrt(longer**2 + off[2] ** 2 + 0.1 * turned2), 16.0)
+        now = block.deviation(self.x)
         self.deviation += -math.expm1(-dt / 0.25) * (now - self.deviation)
-        self.weight = (1.0 + (max(now, self.deviation) / k.mag_tolerance) ** 2 / k.mag_tail) ** -2
-        if self._renew(clean, dt, turning2) or self.weight <= 1e-4:
+        self.weight = k.weight(max(now, self.deviation))
+        if self._renew(block.clean(self.x), dt, turning2) or self.weight <= 1e-4:
             return []
-        variance = (k.mag_noise**2 + k.mag_rate_noise**2 * turning2) / (dt * self.weight)
-        # y + θ × y = B + d + R h + change δτ, and θ × y = −y × θ.
-        h = np.zeros((3, N))
-        h[:, IRON:DISTURBANCE] = turn
-        h[:, DISTURBANCE:HORIZONTAL] = np.eye(3)
-        h[1, HORIZONTAL] = h[2, VERTICAL] = 1.0
-        h[:, DELAY] = change
-        h[:, :3] = skew(field)
-        z = off - self.x[DISTURBANCE:HORIZONTAL]
+        variance = k.field_variance(block, dt, self.weight)
+        h, z = block.field_rows(self.x)
         return [(h[i], z[i], variance, True) for i in range(3)]
 
     def _turn(self, turn: Quat) -> None:
