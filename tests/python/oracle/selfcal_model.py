@@ -5,6 +5,7 @@ The state is θ(3, earth frame), b(3), M(9, row by row), v(3), b_a(3), g, h(3), 
 
 import math
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -231,3 +232,38 @@ def corrected(omega: Array, x: Array) -> tuple[Array, Array]:
     """ω − b, and (I + M)(ω − b), of a measured rate."""
     rate = omega - x[BIAS:MATRIX]
     return rate, rate + x[MATRIX:VELOCITY].reshape(3, 3) @ rate
+
+
+def detected(rates: list[Array], acc: list[Array | None], dt: list[float], bias: Array, k: Parameters) -> list[bool]:
+    """Where the sensor rests, in one direction of time."""
+    detector, since, found = Rest(), 0.0, []
+    for rate, force, step in zip(rates, acc, dt, strict=True):
+        since = min(since + step, LONGEST_FORCE)
+        found.append(detector.step(rate, force, step, since, bias, k))
+        since = since if force is None else 0.0
+    return found
+
+
+def block_ends(dt: list[float]) -> list[int]:
+    """The index after the last sample of each block: that at which its time is nearest to a block's."""
+    ends, time = [], 0.0
+    for i, step in enumerate(dt):
+        time += step
+        if step > 0.0 and time + 0.5 * step >= BLOCK - 1e-9:
+            ends.append(i + 1)
+            time = 0.0
+    return ends if ends and ends[-1] == len(dt) else [*ends, len(dt)]
+
+
+def find_clipped(rates: Array, k: Parameters) -> Array:
+    """Where an axis (T, 3) is at the end of its range: the given one, or the largest rate where it stays there."""
+    sizes, found = np.abs(rates), np.zeros(rates.shape, dtype=bool)
+    for axis in range(3):
+        size = sizes[:, axis]
+        largest = k.gyr_range or size.max()
+        at_end = size > 0.995 * largest
+        runs = [len(list(run)) for end, run in groupby(at_end) if end]
+        stays = sum(run for run in runs if run >= 3)
+        if k.gyr_range or (largest > 2.0 and np.sum(size > 0.98 * largest) <= 1.5 * stays):
+            found[:, axis] = at_end
+    return found

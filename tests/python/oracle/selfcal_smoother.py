@@ -1,6 +1,6 @@
 """`SelfCalSmoother` as one least-squares problem for each pass: all measurements of a recording at once.
 
-The error of the states at the ends of all blocks is linear in what is not known: the error at the start, and what enters
+The error of the states at the ends of all blocks is linear in what is unknown: the error at the start, and what enters
 in each block. Both in units of their standard deviations are a vector u with the covariance 1 before anything is
 measured. So states without noise need nothing of their own: they have no entry of u, and no covariance is inverted.
 Measurements in units of their deviations are y = A u + noise, and
@@ -13,7 +13,6 @@ rows are given more noise (see `Problem.field`).
 
 import math
 from dataclasses import asdict, dataclass
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +25,6 @@ from .selfcal import SelfCalKF
 from .selfcal_model import (
     ACC_BIAS,
     BIAS,
-    BLOCK,
     DELAY,
     DISTURBANCE,
     GRAVITY,
@@ -39,11 +37,13 @@ from .selfcal_model import (
     Block,
     N,
     Parameters,
-    Rest,
     Slip,
+    block_ends,
     corrected,
+    detected,
+    find_clipped,
 )
-from .so3 import Quat, Vec3, conjugate, exp_half, multiply, normalize
+from .so3 import Quat, Vec3, conjugate, exp_half, multiply, normalize, rotation_vector
 
 #: How often the trajectory is smoothed, at least and at most, and the correction (rad) that is small enough to end.
 PASSES, MOST_PASSES, CONVERGED = 2, 8, 0.01
@@ -164,7 +164,7 @@ class Samples:
                 time += self.dt[i]
                 part.append((q, time))
                 turnings.append(saturated(turning, 1e4))
-            left = rotation_vector(multiply(following.q, conjugate(q)))
+            left = np.array(rotation_vector(multiply(following.q, conjugate(q))))
             quats += [multiply(exp_half(triple(left * 0.5 * (t / time if time else 0.0))), one) for one, t in part]
             start = end
         return quats, turnings
@@ -325,7 +325,7 @@ class SelfCalSmoother:
             problem = Problem(k, blocks, before, prior)
             nodes = problem.smoothed()
             turns = [multiply(a.q, conjugate(b.q)) for a, b in zip(nodes, before, strict=True)]
-            correction = max(float(np.linalg.norm(rotation_vector(turn))) for turn in turns)
+            correction = max(math.hypot(*rotation_vector(turn)) for turn in turns)
             self.passes += 1
         return self.report(samples, nodes, problem, np.array(missing), norm)
 
@@ -385,48 +385,6 @@ def weigh(blocks: list[Summed], nodes: list[Node], k: Parameters) -> None:
         summed.weight = k.weight(max(deviation, float(off[max(i - 2, 0) : i + 3].mean())))
 
 
-def detected(rates: list[Array], acc: list[Array | None], dt: list[float], bias: Array, k: Parameters) -> list[bool]:
-    """Where the sensor rests, in one direction of time."""
-    detector, since, found = Rest(), 0.0, []
-    for rate, force, step in zip(rates, acc, dt, strict=True):
-        since = min(since + step, LONGEST_FORCE)
-        found.append(detector.step(rate, force, step, since, bias, k))
-        since = since if force is None else 0.0
-    return found
-
-
-def block_ends(dt: list[float]) -> list[int]:
-    """The index after the last sample of each block: that at which its time is nearest to a block's."""
-    ends, time = [], 0.0
-    for i, step in enumerate(dt):
-        time += step
-        if step > 0.0 and time + 0.5 * step >= BLOCK - 1e-9:
-            ends.append(i + 1)
-            time = 0.0
-    return ends if ends and ends[-1] == len(dt) else [*ends, len(dt)]
-
-
-def find_clipped(rates: Array, k: Parameters) -> Array:
-    """Where an axis (T, 3) is at the end of its range: the given one, or the largest rate where it stays there."""
-    sizes, found = np.abs(rates), np.zeros(rates.shape, dtype=bool)
-    for axis in range(3):
-        size = sizes[:, axis]
-        largest = k.gyr_range or size.max()
-        at_end = size > 0.995 * largest
-        runs = [len(list(run)) for end, run in groupby(at_end) if end]
-        stays = sum(run for run in runs if run >= 3)
-        if k.gyr_range or (largest > 2.0 and np.sum(size > 0.98 * largest) <= 1.5 * stays):
-            found[:, axis] = at_end
-    return found
-
-
 def median(values: list[float]) -> float:
     """The upper one of two; one of none."""
     return sorted(values)[len(values) // 2] if values else 1.0
-
-
-def rotation_vector(q: Quat) -> Array:
-    """In rad, of at most half a turn."""
-    w, *v = q if q[0] >= 0.0 else [-x for x in q]
-    sin = math.hypot(*v)
-    return np.array(v) * (2.0 * math.atan2(sin, w) / sin if sin > 0.0 else 2.0)

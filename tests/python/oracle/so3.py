@@ -137,3 +137,11 @@ def from_euler(roll: float, pitch: float, yaw: float) -> Quat:
     ry = (math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0)
     rx = (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0)
     return multiply(multiply(rz, ry), rx)
+
+
+def rotation_vector(q: Quat) -> Vec3:
+    """The rotation (rad) of a unit quaternion, of at most half a turn."""
+    w, x, y, z = q if q[0] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+    sin = math.hypot(x, y, z)
+    factor = 2.0 * math.atan2(sin, w) / sin if sin > 0.0 else 2.0
+    return (factor * x, factor * y, factor * z)
