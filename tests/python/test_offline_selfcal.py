@@ -99,7 +99,7 @@ CASES = {
     ),
     "six axes": Case(
         lambda: recorded(4, 9.0, Faults(rest=(4.0, 9.0))),
-        lambda est: bool(np.trace(est.covariance[0]) > 3.0) and part(est, Status.REST) > 0.3,
+        lambda est: bool(np.trace(est.extra["covariance"][0]) > 3.0) and part(est, Status.REST) > 0.3,
         nine=False,
     ),
     "gaps and jitter": Case(
@@ -123,11 +123,11 @@ CASES = {
         {"disturbance": 0.05, "disturbance_time": 2.0},
     ),
     "the end of an unknown range": Case(
-        lambda: recorded(9, 8.0, Faults(gyr_range=2.2)), lambda est: bool(est.covariance.max() > 0.03)
+        lambda: recorded(9, 8.0, Faults(gyr_range=2.2)), lambda est: bool(est.extra["covariance"].max() > 0.03)
     ),
     "the end of a known range": Case(
         lambda: recorded(9, 8.0, Faults(gyr_range=2.2)),
-        lambda est: bool(est.covariance.max() > 0.03),
+        lambda est: bool(est.extra["covariance"].max() > 0.03),
         {"gyr_range": 2.2},
     ),
 }
@@ -159,6 +159,6 @@ def test_it_is_the_least_squares_solution_of_all_measurements_at_once(name: str)
     assert np.abs(est.gyr_bias - twin.gyr_bias).max() < AGREEMENT
     assert set(twin.extra) == set(f.OUTPUTS)
     for output, values in twin.extra.items():
-        # Covariances and states are small numbers: in units of the largest of them; a bias of nearly zero is the difference
-        # of larger ones.
+        # Covariances and states are small numbers: in units of the largest of them. A bias of nearly zero is the
+        # difference of larger numbers.
         assert np.abs(est.extra[output] - values).max() < AGREEMENT * max(0.01, np.abs(values).max()), output

@@ -253,11 +253,12 @@ class Problem:
         half = solve_triangular(self.factor, np.hstack(asked), lower=True)
         return [part.T @ part for part in np.split(half, len(asked), axis=1)]
 
-    def deviations(self) -> Array:
-        """Standard deviations of the states that stay what they are."""
-        half = solve_triangular(self.factor, np.eye(len(self.u), N), lower=True)
-        deviations: Array = np.sqrt(self.k.initial_variances() * np.sum(half**2, axis=0))
-        return deviations
+    def covariance(self, node: int) -> Array:
+        """Of all states at the end of a block, or with 0 at the start."""
+        spread = self.spreads[node]
+        half = solve_triangular(self.factor, np.eye(len(self.u), spread.shape[1]) @ spread.T, lower=True)
+        covariance: Array = half.T @ half
+        return covariance
 
 
 class SelfCalSmoother:
@@ -266,6 +267,9 @@ class SelfCalSmoother:
     def __init__(self, **params: float) -> None:
         self.k = SmootherParameters(**params)
         self.passes = 0
+        #: That of the last pass, and the unit of its fields in that of the magnetometer.
+        self.problem: Problem | None = None
+        self.norm = 1.0
 
     def run(
         self,
@@ -322,11 +326,12 @@ class SelfCalSmoother:
                 blocks = samples.blocks(nodes)
             weigh(blocks, nodes, k)
             before = nodes
-            problem = Problem(k, blocks, before, prior)
+            problem = self.problem = Problem(k, blocks, before, prior)
             nodes = problem.smoothed()
             turns = [multiply(a.q, conjugate(b.q)) for a, b in zip(nodes, before, strict=True)]
             correction = max(math.hypot(*rotation_vector(turn)) for turn in turns)
             self.passes += 1
+        self.norm = norm
         return self.report(samples, nodes, problem, np.array(missing), norm)
 
     def report(
@@ -338,7 +343,7 @@ class SelfCalSmoother:
         norm: float,
     ) -> OracleResult:
         """One entry a sample: the bias is that of the block's start, all else that of its end."""
-        blocks, sigma, covariances = problem.blocks, problem.deviations(), problem.covariances()
+        blocks, sigma, covariances = problem.blocks, np.sqrt(np.diag(problem.covariance(-1))), problem.covariances()
         quats, turnings = samples.attitudes(nodes)
         headed = any(field is not None for field in samples.mag)
         ahead = [exp_half(triple(turning * (0.5 * self.k.latency))) for turning in turnings]
