@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import ahrs_rs as ar
 from ahrs_rs import Status
-from oracle.selfcal_smoother import MOST_PASSES, PASSES, SelfCalSmoother
+from oracle.selfcal_smoother import MOST_PASSES, PASSES, SelfCalSmoother, SmootherParameters
 from signals import FIELD, UP, Floats, Signals, angle_between, gappy, multiply, quats, random_turns, rotation
 
 RATE = 50.0
@@ -162,3 +162,23 @@ def test_it_is_the_least_squares_solution_of_all_measurements_at_once(name: str)
         # Covariances and states are small numbers: in units of the largest of them. A bias of nearly zero is the
         # difference of larger numbers.
         assert np.abs(est.extra[output] - values).max() < AGREEMENT * max(0.01, np.abs(values).max()), output
+
+
+def test_the_twin_has_its_parameters() -> None:
+    params, twin = ar.SelfCalSmoother().params, asdict(SmootherParameters())
+    # Those of the causal filter alone, at its defaults.
+    assert set(twin) - set(params) == {"largest_hard_iron", "mag_new_time"}
+    for name, value in params.items():
+        assert value == pytest.approx(twin[name], rel=1e-15), name
+
+
+@pytest.mark.parametrize("name", ar.SelfCalSmoother().params)
+def test_every_parameter_counts(name: str) -> None:
+    base = {"initial_hard_iron": 0.01}
+    value = {**ar.SelfCalSmoother().params, **base}[name]
+    other = 0.1 * value or {"gyr_range": 2.2, "latency": 0.01, "hard_iron_noise": 1e-3}[name]
+    sensors = recorded(10, 8.0, Faults(rest=(4.0, 8.0))).sensors()
+    plain, changed = (
+        ar.SelfCalSmoother(rate=RATE, **{**base, **params}).run(*sensors) for params in ({}, {name: other})
+    )
+    assert not np.array_equal(plain.quat, changed.quat)
