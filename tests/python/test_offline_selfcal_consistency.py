@@ -28,8 +28,8 @@ DT = 1.0 / RATE
 #: Of samples in a block, and of blocks. The first sample starts the recording; then the blocks follow.
 PART, BLOCKS = 20, 120
 SAMPLES = 1 + PART * BLOCKS
-#: For so many s the sensor does not turn at first: as long as the smoother takes its steps for irregular ones, which counts
-#: where it turns (see the test of a start in motion).
+#: For so many s the sensor does not turn at first: as long as the smoother takes its steps for irregular ones, which
+#: counts where it turns (see the test of a start in motion).
 STILL = 1.2
 #: The last samples of the blocks.
 ENDS = np.arange(PART, SAMPLES, PART)
