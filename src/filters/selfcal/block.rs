@@ -175,7 +175,7 @@ impl<S: Scalar> Block<S> {
 /// from step to step where the steps are equal, and not otherwise.
 #[derive(Clone, Debug)]
 pub struct Steps<S> {
-    /// The last rate and its mark: one where there is one.
+    /// The last rate, and one where there has been a step: the first sample makes none.
     rate: Vec3<S>,
     known: S,
     /// The usual step in s.
@@ -206,7 +206,7 @@ impl<S: Scalar> Steps<S> {
         let longest = S::of(2.0) * usual + S::of(SHORTEST_STEP);
         self.usual = usual + S::of(STEP_GAIN) * (dt.min(longest) - usual);
         self.rate = rate;
-        self.known = S::one();
+        self.known = S::select(S::zero().lt(dt), S::one(), self.known);
         let angle = (across * odd).min(S::of(LARGEST_SLIP));
         angle * angle
     }

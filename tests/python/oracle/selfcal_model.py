@@ -192,8 +192,10 @@ class Slip:
         self.usual = 0.0
 
     def step(self, rate: Array, dt: float) -> float:
-        """Go on by dt (s) at a corrected rate."""
+        """Go on by dt (s) at a corrected rate; the first sample makes no step."""
         if self.last is None:
+            if dt <= 0.0:
+                return 0.0
             self.last, self.usual = rate, dt
         across = 0.5 * np.linalg.norm(rate - self.last) + 0.1 * np.linalg.norm(rate)
         slip = min(float(across) * abs(dt - self.usual), 3.0) ** 2

@@ -342,7 +342,7 @@ class SelfCalSmoother:
         missing: Array,
         norm: float,
     ) -> OracleResult:
-        """One entry a sample: the bias is that of the block's start, all else that of its end."""
+        """One entry a sample: what is known at the end of its block."""
         blocks, sigma, covariances = problem.blocks, np.sqrt(np.diag(problem.covariance(-1))), problem.covariances()
         quats, turnings = samples.attitudes(nodes)
         headed = any(field is not None for field in samples.mag)
@@ -374,8 +374,7 @@ class SelfCalSmoother:
             "mag_weight": np.array([summed.weight for summed in blocks])[of],
             "mag_reference": ends[:, HORIZONTAL:DELAY] * norm,
         }
-        starts = np.array([node.x[BIAS:MATRIX] for node in nodes])[of]
-        return OracleResult(quat * signs[:, None], starts, status.astype(np.uint8), extra)
+        return OracleResult(quat * signs[:, None], ends[:, BIAS:MATRIX], status.astype(np.uint8), extra)
 
 
 def weigh(blocks: list[Summed], nodes: list[Node], k: Parameters) -> None:

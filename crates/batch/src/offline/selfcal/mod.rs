@@ -261,7 +261,7 @@ impl Offline for SelfCalSmoother {
         let missing = causal.missing.iter().zip(&samples.rest).zip(&samples.mag);
         let mut each = missing;
         let mut start = 0;
-        for ((block, mean), &end) in found.blocks.iter().zip(&found.trajectory.mean).zip(&ends) {
+        for ((block, mean), &end) in found.blocks.iter().zip(found.trajectory.mean.iter().skip(1)).zip(&ends) {
             for ((missing, &rest), mag) in each.by_ref().take(end - start) {
                 let flags = Flags {
                     rest,
