@@ -617,7 +617,7 @@ typedef union AhrsVQF {
 extern const AhrsFilter ahrs_SelfCalKF;
 typedef union AhrsSelfCalKF {
   uint64_t aligned;
-  unsigned char bytes[4792];
+  unsigned char bytes[4784];
 } AhrsSelfCalKF;
 
 /**

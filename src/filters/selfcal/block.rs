@@ -175,10 +175,9 @@ impl<S: Scalar> Block<S> {
 /// from step to step where the steps are equal, and not otherwise.
 #[derive(Clone, Debug)]
 pub struct Steps<S> {
-    /// The last rate, and one where there has been a step: the first sample makes none.
+    /// The last rate.
     rate: Vec3<S>,
-    known: S,
-    /// The usual step in s.
+    /// The usual step in s; zero until there has been one, which the first sample is not.
     usual: S,
 }
 
@@ -191,22 +190,19 @@ impl<S: Scalar> Default for Steps<S> {
 impl<S: Scalar> Steps<S> {
     /// Before the first step.
     pub fn new() -> Self {
-        Steps { rate: Vec3::zero(), known: S::zero(), usual: S::zero() }
+        Steps { rate: Vec3::zero(), usual: S::zero() }
     }
 
     /// Goes on by `dt` to the angular rate; gives the variance of the angle that is not known, in rad².
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn slip(&mut self, rate: Vec3<S>, dt: S) -> S {
-        let first = self.known.le(S::zero());
-        let usual = S::select(first, dt, self.usual);
-        let change = Vec3::select(first, Vec3::zero(), rate - self.rate);
-        let half = S::of(0.5);
+        // The first step is the usual one: nothing is odd, whatever the change.
+        let usual = S::select(self.usual.le(S::zero()), dt, self.usual);
         let odd = (dt - usual).abs();
-        let across = half * change.norm2().sqrt() + S::of(CURVATURE) * rate.norm2().sqrt();
+        let across = S::of(0.5) * (rate - self.rate).norm2().sqrt() + S::of(CURVATURE) * rate.norm2().sqrt();
         let longest = S::of(2.0) * usual + S::of(SHORTEST_STEP);
         self.usual = usual + S::of(STEP_GAIN) * (dt.min(longest) - usual);
         self.rate = rate;
-        self.known = S::select(S::zero().lt(dt), S::one(), self.known);
         let angle = (across * odd).min(S::of(LARGEST_SLIP));
         angle * angle
     }
@@ -214,7 +210,6 @@ impl<S: Scalar> Steps<S> {
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.rate.each(visit);
-        visit(&mut self.known);
         visit(&mut self.usual);
     }
 }

@@ -23,12 +23,13 @@ const LONGEST_START: f64 = 10.0;
 pub const REJECTING_WEIGHT: f64 = 0.25;
 /// A field of a weight below this is not used.
 pub const SMALLEST_WEIGHT: f64 = 1e-4;
-/// The time constant in s of a candidate for a new reference, and the angular rate in rad/s from which on it is tried.
+/// The time constant in s of a candidate for a new reference, how many tolerances it may change by, and the angular rate in
+/// rad/s from which on it is tried.
 const CANDIDATE_TIME: f64 = 5.0;
-/// A field of one place is the new reference after this share of the time that it takes at most.
-const SHORTEST_NEW_TIME: f64 = 0.25;
 const CANDIDATE_TOLERANCE: f64 = 2.0;
 const TURNING_RATE: f64 = 0.35;
+/// A field of one place is the new reference after this share of the time that it takes at most.
+const SHORTEST_NEW_TIME: f64 = 0.25;
 
 /// The weight of a field that deviates by r, (1 + (r/s)²/ν)⁻².
 #[cfg_attr(not(debug_assertions), inline(always))]
