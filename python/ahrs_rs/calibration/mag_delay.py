@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import _quat
+from ahrs_rs import _native
 from ahrs_rs._attitudes import Attitudes
 from ahrs_rs.recording import Recording
 
@@ -202,12 +202,12 @@ class _Windows:
         # A window stands in its own frame.
         quat = np.where(np.isnan(quat), 0.0, quat).reshape(*shape, 4)
         rate = rate.reshape(*shape, 3)
-        r = _matrices(quat)
+        r = _native.rotation_matrices(quat)
         y = np.einsum("wnij,wnj->wni", r, m)
         count = np.maximum(known.sum(axis=1), 1).astype(np.float64)
         field = np.where(known[..., np.newaxis], y, 0.0).sum(axis=1) / count[:, np.newaxis]
         seen = np.einsum("wnji,wj->wni", r, field)  # the field in the sensor frame
-        r_now = _matrices(self.attitudes.quat[index])
+        r_now = _native.rotation_matrices(self.attitudes.quat[index])
         theta = np.concatenate(
             (
                 r_now * self.steps[index][..., np.newaxis, np.newaxis],
@@ -229,12 +229,6 @@ class _Windows:
         both = both.reshape(len(starts), 3 * self.length, -1)
         sums = both.swapaxes(1, 2) @ both
         return sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1], count
-
-
-def _matrices(quat: FloatArray) -> FloatArray:
-    """(..., 3, 3) the matrices of quaternions (..., 4)."""
-    shape = (*quat.shape[:-1], 3)
-    return np.stack([_quat.rotate(quat, np.broadcast_to(unit, shape)) for unit in np.eye(3)], axis=-1)
 
 
 def _without_line(values: FloatArray, t: FloatArray, known: NDArray[np.bool_], count: FloatArray) -> FloatArray:
