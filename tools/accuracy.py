@@ -122,12 +122,13 @@ def main() -> int:
         print("accuracy: set AHRS_RS_DATA to the folder that holds broad/*.hdf5", file=sys.stderr)
         return 2
     recordings = [ar.read(file) for file in files]
-    lines = ["| filter | parameters | total | heading | inclination |", "| --- | --- | ---: | ---: | ---: |"]
+    lines = []
     for name, keywords in parameter_sets():
-        total, heading, inclination = scores(name, keywords, recordings).mean(axis=0)
+        means = scores(name, keywords, recordings).mean(axis=0)
         shown = ", ".join(f"{key}={value}" for key, value in keywords.items()) or "defaults"
-        lines.append(f"| {name} | {shown} | {total:.2f} | {heading:.2f} | {inclination:.2f} |")
-    text = HEAD.format(count=len(files)) + "\n".join(lines) + "\n" + EXPLANATION
+        lines.append([name, shown, *(f"{mean:.2f}" for mean in means)])
+    head = ["filter", "parameters", "total", "heading", "inclination"]
+    text = HEAD.format(count=len(files)) + table(head, lines, texts=2) + EXPLANATION
     others = sorted(Path(folder, "repoimu").glob("*.csv"))
     repo_recordings, repo_names = [ar.read(file) for file in others], [file.stem.replace("_", " ") for file in others]
     if others:

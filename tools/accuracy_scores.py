@@ -23,12 +23,14 @@ def estimate(name: str, keywords: dict[str, Any], recording: ar.Recording) -> np
 
 def scores(name: str, keywords: dict[str, Any], recordings: Sequence[ar.Recording]) -> np.ndarray:
     """Total, heading and inclination error (N, 3), °."""
-    rows = []
-    for recording in recordings:
-        assert recording.ref is not None
-        score = ar.metrics.score(estimate(name, keywords, recording), recording.ref, recording.mask)
-        rows.append([score.total, score.heading, score.inclination])
-    return np.array(rows)
+    return np.array([errors(estimate(name, keywords, one), one.ref, one.mask) for one in recordings])
+
+
+def errors(quat: np.ndarray, ref: np.ndarray | None, mask: np.ndarray | None) -> list[float]:
+    """Total, heading and inclination error, °."""
+    assert ref is not None
+    score = ar.metrics.score(quat, ref, mask)
+    return [score.total, score.heading, score.inclination]
 
 
 def aligned_scores(
@@ -40,13 +42,12 @@ def aligned_scores(
         assert recording.ref is not None
         quat = estimate(name, keywords, recording)
         one = ar.metrics.align(quat, recording.ref, recording.mask, t=recording.t, check=False)
-        score = ar.metrics.score(*one.pair(quat, recording.ref), recording.mask)
-        rows.append([score.total, score.heading, score.inclination])
+        rows.append(errors(*one.pair(quat, recording.ref), recording.mask))
         found.append(one)
     return np.array(rows), found
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of texts, whose columns but the first are numbers."""
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], texts: int = 1) -> str:
+    """A table, whose columns after the first ones, which are texts, are numbers."""
+    lines = [head, ["---"] * texts + ["---:"] * (len(head) - texts), *rows]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)

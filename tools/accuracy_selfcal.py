@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from accuracy_scores import aligned_scores, scores, table
+from accuracy_scores import aligned_scores, errors, scores, table
 
 import ahrs_rs as ar
 from ahrs_rs._attitudes import Attitudes
@@ -55,7 +55,7 @@ the first line is what the part is worth.
 """
 
 SENSITIVITY = """
-### Parameters halved and doubled
+### {name}: parameters halved and doubled
 
 Mean total error on BROAD with one parameter halved or doubled, and by how many per cent of {base} it differs. Left out
 of the table, as they change it by less than {least:.0%} either way:
@@ -142,10 +142,8 @@ def _by_recording(
 def _late(ours: Mapping[str, str], broad: Sequence[ar.Recording]) -> str:
     late = []
     for recording in broad:
-        assert recording.ref is not None
         quat, _ = Attitudes(np.asarray(recording.ref), recording.t).at(recording.t - LATENCY)
-        score = ar.metrics.score(quat, recording.ref, recording.mask)
-        late.append([score.total, score.heading, score.inclination])
+        late.append(errors(quat, recording.ref, recording.mask))
     rows = [["the truth", " / ".join(_shown(np.mean(late, axis=0))), "–", "–"]]
     for name in ours:
         plain, ahead = (scores(name, {"latency": latency}, broad).mean(axis=0) for latency in (0.0, LATENCY))
@@ -186,10 +184,9 @@ def _sensitivity(name: str, broad: Sequence[ar.Recording]) -> str:
         else:
             cells = [f"{total:.2f} ({change:+.0%})" for total, change in zip(totals, changes, strict=True)]
             rows.append([param.name, f"{default:g}", *cells])
-    head = SENSITIVITY.format(base=f"{base:.2f}", least=LEAST, small=textwrap.fill(", ".join(small) or "none", 120))
-    return head.replace("Parameters halved", f"{name}: parameters halved") + table(
-        ["parameter", "default", "halved", "doubled"], rows
-    )
+    shown = textwrap.fill(", ".join(small) or "none", 120)
+    head = SENSITIVITY.format(name=name, base=f"{base:.2f}", least=LEAST, small=shown)
+    return head + table(["parameter", "default", "halved", "doubled"], rows)
 
 
 def _setups(seed: int) -> dict[str, tuple[Setup, float, dict[str, float]]]:
