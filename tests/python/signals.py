@@ -65,6 +65,16 @@ def rotation(quat: ArrayLike) -> Rotation:
     return Rotation.from_quat(np.asarray(quat), scalar_first=True)
 
 
+def turned(q: ArrayLike, vector: ArrayLike) -> Floats:
+    """Quaternions (..., 4) turned by rotation vectors (..., 3) in the sensor frame."""
+    return multiply(q, quats(Rotation.from_rotvec(np.asarray(vector))))
+
+
+def squares(errors: Floats, covariances: Floats) -> Floats:
+    """eᵀ P⁻¹ e of errors (..., n) and covariances (..., n, n)."""
+    return np.asarray(np.sum(errors * np.linalg.solve(covariances, errors[..., None])[..., 0], axis=-1))
+
+
 def random_turns(count: int, seed: int) -> Rotation:
     """Uniformly distributed rotations."""
     return Rotation.random(count, rng=np.random.default_rng(seed))

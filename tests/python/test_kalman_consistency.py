@@ -17,7 +17,21 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 import ahrs_rs as ar
-from signals import FIELD, GRAVITY, RATE, UP, Floats, about_z, conjugate, multiply, quats, random_turns, rotation
+from signals import (
+    FIELD,
+    GRAVITY,
+    RATE,
+    UP,
+    Floats,
+    about_z,
+    conjugate,
+    multiply,
+    quats,
+    random_turns,
+    rotation,
+    squares,
+    turned,
+)
 
 RUNS = 200
 DT = 1.0 / RATE
@@ -49,16 +63,6 @@ class Consistency:
         low, high = chi2.ppf([0.025, 0.975], self.degrees * RUNS) / RUNS
         means = self.values.mean(axis=0)
         return float(np.mean((low <= means) & (means <= high)))
-
-
-def squares(errors: Floats, covariances: Floats) -> Floats:
-    """eᵀ P⁻¹ e of errors (..., n) and covariances (..., n, n)."""
-    return np.sum(errors * np.linalg.solve(covariances, errors[..., None])[..., 0], axis=-1)
-
-
-def turned(q: Floats, vector: Floats) -> Floats:
-    """Quaternions (..., 4) turned by rotation vectors (..., 3) in the sensor frame."""
-    return multiply(q, quats(Rotation.from_rotvec(vector)))
 
 
 def seen(q: Floats, vector: Floats) -> Floats:

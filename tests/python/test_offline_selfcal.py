@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import ahrs_rs as ar
 from ahrs_rs import Status
 from oracle.selfcal_smoother import MOST_PASSES, PASSES, SelfCalSmoother, SmootherParameters
-from signals import FIELD, UP, Floats, Signals, angle_between, gappy, multiply, quats, random_turns, rotation
+from signals import FIELD, UP, Signals, angle_between, gappy, quats, random_turns, rotation, turned
 
 RATE = 50.0
 #: Both solve the same equations in float64, one by covariances that are carried on, the other by a normal matrix whose
@@ -40,11 +39,6 @@ class Faults:
     #: Of the accelerometer.
     scale: float = 1.0
     jitter: float = 0.0
-
-
-def turned(q: Floats, vector: Floats) -> Floats:
-    """Quaternions (..., 4) turned by rotation vectors (..., 3) in the sensor frame."""
-    return multiply(q, quats(Rotation.from_rotvec(vector)))
 
 
 def recorded(seed: int, seconds: float, faults: Faults) -> Signals:

@@ -13,13 +13,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 import ahrs_rs as ar
 from oracle.selfcal_model import ACC_BIAS, BIAS, DELAY, DISTURBANCE, HORIZONTAL, IRON, MATRIX
 from oracle.selfcal_smoother import SelfCalSmoother
-from signals import UP, Floats, conjugate, multiply, quats, random_turns, rotation
+from signals import UP, Floats, conjugate, multiply, quats, random_turns, rotation, squares, turned
 
 RUNS = 200
 SEED = 1
@@ -101,7 +100,7 @@ def drawn() -> tuple[list[dict[str, Floats]], Truth]:
         if k % PART == 1:
             # The velocity at the end of each block is what the pseudo-measurement says but for its noise.
             acceleration = (draw(pseudo) - velocity) / (PART * DT)
-        q = multiply(q, quats(Rotation.from_rotvec(rate * dt)))
+        q = turned(q, rate * dt)
         velocity = velocity + acceleration * dt
         bias = bias + draw(p["bias_noise"] * math.sqrt(dt))
         if k:
@@ -110,7 +109,7 @@ def drawn() -> tuple[list[dict[str, Floats]], Truth]:
         noise = np.sqrt((p["gyr_noise"] ** 2 + p["rate_noise"] ** 2 * turning) / DT) * draw(1.0)
         gyr[:, k] = np.einsum("nij,nj->ni", misaligned, rate) + bias + noise
         acc[:, k] = rotation(q).inv().apply(acceleration + up) + acc_bias + draw(p["velocity_noise"] / math.sqrt(DT))
-        late = multiply(q, quats(Rotation.from_rotvec(-delay * rate)))
+        late = turned(q, -delay * rate)
         noise = np.sqrt((p["mag_noise"] ** 2 + p["mag_rate_noise"] ** 2 * turning) / DT) * draw(1.0)
         mag[:, k] = rotation(late).inv().apply(reference + disturbance) + iron + noise
         if k and k % PART == 0:
@@ -132,11 +131,6 @@ def estimated(**told: float) -> dict[str, Floats]:
     assert found["mag_weight"].min() > 1.0 - 1e-6, "a field was judged"
     bias = np.stack([est.gyr_bias[ENDS] for est in estimates if est.gyr_bias is not None])
     return found | {"quat": np.stack([est.quat[ENDS] for est in estimates]), "bias": bias}
-
-
-def squares(errors: Floats, covariances: Floats) -> Floats:
-    """eᵀ P⁻¹ e of errors (..., n) and covariances (..., n, n)."""
-    return np.sum(errors * np.linalg.solve(covariances, errors[..., None])[..., 0], axis=-1)
 
 
 def band(degrees: int, outside: float = 0.05) -> tuple[float, float]:
