@@ -94,6 +94,8 @@ def sweep(
     frame: str = "ENU",
     declination: float = 0.0,
     gyr_hold: str = "zero-order",
+    repeated: str = "new",
+    gyr_range: float = 0.0,
 ) -> Sweep:
     """Errors of every parameter set over every recording: parameter sets are computed side by side in vector registers.
 
@@ -110,7 +112,7 @@ def sweep(
         are done and how many there are
     dtype : ``float32`` or ``float64``, in which the filter computes
     resume : a sweep that was interrupted: what it has is taken over
-    frame, declination, gyr_hold : as for the filter; `ref` stands in the same frame
+    frame, declination, gyr_hold, repeated, gyr_range : as for the filter; `ref` stands in the same frame
 
     Raises
     ------
@@ -128,7 +130,9 @@ def sweep(
         if (resume.filter, resume.params, resume.metric, resume.errors.shape) != (filter.NAME, sets, name, shape):
             raise ValueError("resume: expected a sweep of the same filter, grid, metric and recordings, got another")
         result.errors[:], result.done[:] = resume.errors, resume.done
-    settings = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold}
+    settings: dict[str, Any] = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold, "repeated": repeated}
+    if gyr_range:  # else a parameter of that name is swept
+        settings["gyr_range"] = gyr_range
     threads = thread_count(threads)
     shown = progress if isinstance(progress, bool) else False
     with progress_count(total=result.done.size, shown=shown, unit="error") as bar:
