@@ -104,8 +104,7 @@ browser: ## Install the browser (Debian, root) that the test of the papers' repo
 calibration: dev ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
 	$(BIN)/python tools/calibration.py
 
-bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
-	$(INSTALL) --group bench
+bench: dev ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
