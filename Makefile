@@ -10,10 +10,10 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: oracle wheel baseline pair dev header format clean
+.PHONY: aarch64 oracle wheel baseline pair dev header format clean
 
 help: ## Show what there is
-	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: ## Simulate a recording, run every filter on it, print the errors, draw them into demo/
 	@echo "The filters are compiled, and the packages that they need are fetched: some two minutes the first time."
@@ -131,6 +131,9 @@ pair: build baseline ## Time this build beside the one of the past (ARGS="--filt
 
 firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
 	$(PYTHON) tools/firmware.py
+
+aarch64: ## Run the Rust tests of core and batch engine for aarch64 in an emulator
+	$(PYTHON) tools/aarch64.py
 
 header: ## Write the C header from its source and the registry
 	AHRS_WRITE_HEADER=1 cargo test --quiet --package ahrs-rs-capi --test header
