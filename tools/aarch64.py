@@ -38,11 +38,15 @@ def environment() -> dict[str, str]:
     """What cargo needs to link for the target and to run what it has linked."""
     unpack(PACKAGES)
     BUILD.mkdir(parents=True, exist_ok=True)
-    name = f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}"
+    target = TARGET.replace("-", "_")
+    name = f"CARGO_TARGET_{target.upper()}"
     # The C library's linker script has absolute paths.
     linker = script("cc", "aarch64-linux-gnu-gcc", f"--sysroot={TREE}")
     emulator = script("run", "qemu-aarch64", "-L", TREE / "usr" / "aarch64-linux-gnu", "-U", "LD_LIBRARY_PATH")
-    return {"CARGO_TARGET_DIR": str(BUILD), f"{name}_LINKER": str(linker), f"{name}_RUNNER": str(emulator)} | rust(name)
+    env = {"CARGO_TARGET_DIR": str(BUILD), f"{name}_LINKER": str(linker), f"{name}_RUNNER": str(emulator)}
+    # Of a crate that measurements need.
+    env |= {f"CC_{target}": str(linker), f"AR_{target}": str(script("ar", "aarch64-linux-gnu-ar"))}
+    return env | rust(name)
 
 
 def rust(name: str) -> dict[str, str]:
