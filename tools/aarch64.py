@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from debian import DEBIAN, ROOT, TREE, UnavailableError, run, unpack, unpacked_env
+from debian import ROOT, TREE, UnavailableError, fresh_lists, run, unpack, unpack_foreign, unpacked_env
 
 TARGET = "aarch64-unknown-linux-gnu"
 BUILD = ROOT / "target" / "aarch64"
@@ -58,30 +58,9 @@ def rust(name: str) -> dict[str, str]:
         except subprocess.TimeoutExpired:
             pass
         print("aarch64: rustup cannot get the target; Debian's compiler and library are used", flush=True)
-    unpack(RUST_PACKAGES)
+    unpack(RUST_PACKAGES, fresh_lists("arm64"))
     unpack_foreign(RUST_LIBRARY, "arm64")
-    compiler = script("rustc", "rustc")
-    # An older compiler than Cargo.toml asks for will do: what is newer is in the crate for Python alone.
-    return {"RUSTC": str(compiler), f"{name}_RUSTFLAGS": f"--sysroot={TREE / 'usr'}"}
-
-
-def unpack_foreign(package: str, architecture: str) -> None:
-    """Unpacks one package of another architecture, of which the machine need not know."""
-    done = DEBIAN / "unpacked" / f"{package}:{architecture}"
-    if done.exists():
-        return
-    lists = DEBIAN / "lists"
-    (lists / "partial").mkdir(parents=True, exist_ok=True)
-    settings = [f"Dir::State::lists={lists}", f"APT::Architectures::={architecture}", "APT::Sandbox::User="]
-    options = [word for setting in settings for word in ("-o", setting)]
-    run(["apt-get", *options, "-q", "update"], check=False)
-    fetched = run(["apt-get", *options, "-q", "download", f"{package}:{architecture}"], cwd=DEBIAN, check=False)
-    archives = list(DEBIAN.glob(f"{package}_*_{architecture}.deb"))
-    if fetched.returncode != 0 or not archives:
-        reason = (fetched.stderr.strip().splitlines() or ["apt-get failed"])[-1]
-        raise UnavailableError(f"the package {package}:{architecture} cannot be fetched ({reason})")
-    run(["dpkg-deb", "-x", archives[0], TREE])
-    done.touch()
+    return {"RUSTC": str(script("rustc", "rustc")), f"{name}_RUSTFLAGS": f"--sysroot={TREE / 'usr'}"}
 
 
 def cargo(words: Sequence[str], env: Mapping[str, str]) -> int:
@@ -99,8 +78,7 @@ def main() -> int:
         print(f"aarch64: {error}", file=sys.stderr)
         return 1
     packages = [word for crate in CRATES for word in ("--package", crate)]
-    options = ["--ignore-rust-version"] if "RUSTC" in env else []
-    return cargo(["test", "--quiet", "--target", TARGET, *options, *packages, "--lib", "--tests"], env)
+    return cargo(["test", "--quiet", "--target", TARGET, *packages, "--lib", "--tests"], env)
 
 
 if __name__ == "__main__":

@@ -41,49 +41,98 @@ def run(
     return done
 
 
-def unpack(packages: Sequence[str]) -> None:
-    """Unpacks Debian packages, with all that they need and the machine lacks, into `TREE`."""
-    missing = [package for package in packages if not (DEBIAN / "unpacked" / package).exists()]
+def unpack(packages: Sequence[str], settings: Sequence[str] = ()) -> None:
+    """Unpacks Debian packages, with all that they need and the machine lacks, into `TREE`.
+
+    `settings` are apt's: by default it looks into the machine's lists of packages.
+    """
+    missing = [package for package in packages if not marker(package).exists()]
     if not missing:
         return
     if not (shutil.which("apt-get") and shutil.which("dpkg-deb")):
         raise UnavailableError(f"there is no {', no '.join(missing)}, and no apt-get to fetch them with")
-    for archive in fetched(missing):
+    unpack_archives(missing, fetched(missing, settings))
+
+
+def unpack_foreign(package: str, architecture: str) -> None:
+    """The same for one package of another architecture, without what it needs."""
+    name = f"{package}:{architecture}"
+    if marker(name).exists():
+        return
+    settings = fresh_lists(architecture)
+    ARCHIVES.mkdir(parents=True, exist_ok=True)
+    listed, done = (apt_get(["download", *options, name], settings, ARCHIVES) for options in (["--print-uris"], ["-q"]))
+    if done.returncode != 0:
+        raise unavailable([name], done)
+    unpack_archives([name], archives_of(listed))
+
+
+def marker(package: str) -> Path:
+    """The file that says that a package is unpacked."""
+    return DEBIAN / "unpacked" / package
+
+
+def unpack_archives(packages: Sequence[str], archives: Sequence[Path]) -> None:
+    for archive in archives:
         run(["dpkg-deb", "-x", archive, TREE])
-    (DEBIAN / "unpacked").mkdir(exist_ok=True)
-    for package in missing:
-        (DEBIAN / "unpacked" / package).touch()
+    for package in packages:
+        marker(package).parent.mkdir(exist_ok=True)
+        marker(package).touch()
 
 
-def fetched(packages: Sequence[str]) -> list[Path]:
+def fetched(packages: Sequence[str], settings: Sequence[str]) -> list[Path]:
     """The archives of packages and of what they need: those that are kept, and the others from Debian."""
     (ARCHIVES / "partial").mkdir(parents=True, exist_ok=True)
     empty = DEBIAN / "empty"
     (empty / "partial").mkdir(parents=True, exist_ok=True)
+    install = ["install", "--no-install-recommends", "-y"]
     # Into an empty folder everything would have to be fetched: these are the names.
-    listed = apt_get(["--print-uris", "-qq"], empty, packages)
-    words = [line.split() for line in listed.splitlines() if line.startswith("'")]
-    archives = [ARCHIVES / name for _, name, *_ in words]
+    listing = [*install, "--print-uris", *packages]
+    done = apt_get(listing, [f"Dir::Cache::archives={empty}", *settings])
+    if done.returncode != 0:
+        raise unavailable(packages, done)
+    archives = archives_of(done)
     if not all(archive.exists() for archive in archives):
         print(f"fetching {', '.join(packages)} from Debian", flush=True)
-        apt_get(["--download-only", "-q"], ARCHIVES, packages)
+        done = apt_get([*install, "--download-only", "-q", *packages], [f"Dir::Cache::archives={ARCHIVES}", *settings])
+        if done.returncode != 0:
+            raise unavailable(packages, done)
     return archives
 
 
-def apt_get(options: Sequence[str], archives: Path, packages: Sequence[str]) -> str:
-    """What `apt-get install` prints, with a folder of archives of our own."""
-    settings = [f"Dir::Cache::archives={archives}", "Debug::NoLocking=1", "APT::Sandbox::User="]
-    words = ["apt-get", "install", "--no-install-recommends", "-y", *options]
-    command = [*words, *(word for setting in settings for word in ("-o", setting)), *packages]
-    done = run(command, check=False)
-    if done.returncode != 0 and os.geteuid() == 0:
-        # The lists of packages may be too old, or missing.
+def archives_of(listed: subprocess.CompletedProcess[str]) -> list[Path]:
+    """Where the archives are kept that `--print-uris` lists."""
+    return [ARCHIVES / line.split()[1] for line in listed.stdout.splitlines() if line.startswith("'")]
+
+
+def apt_get(words: Sequence[str], settings: Sequence[str], cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    """Runs apt-get; a second time where the machine's lists of packages may be too old, or missing."""
+    common = ["Debug::NoLocking=1", "APT::Sandbox::User="]
+    options = [word for setting in (*common, *settings) for word in ("-o", setting)]
+    done = run(["apt-get", *options, *words], cwd=cwd, check=False)
+    if done.returncode != 0 and words[0] != "update" and os.geteuid() == 0:
         run(["apt-get", "update", "-q"], check=False)
-        done = run(command, check=False)
-    if done.returncode != 0:
-        reason = (done.stderr.strip().splitlines() or ["apt-get failed"])[-1]
-        raise UnavailableError(f"the packages {', '.join(packages)} cannot be fetched ({reason})")
-    return done.stdout
+        done = run(["apt-get", *options, *words], cwd=cwd, check=False)
+    return done
+
+
+def fresh_lists(*architectures: str) -> list[str]:
+    """apt's settings for lists of packages of today, beside the machine's: the same versions for all architectures."""
+    lists = DEBIAN / "lists"
+    own = run(["dpkg", "--print-architecture"]).stdout.strip()
+    settings = [f"Dir::State::lists={lists}", *(f"APT::Architectures::={each}" for each in (own, *architectures))]
+    done = lists / "-".join(("updated", *architectures))
+    if not done.exists():
+        (lists / "partial").mkdir(parents=True, exist_ok=True)
+        apt_get(["update", "-q"], settings)
+        done.touch()
+    return settings
+
+
+def unavailable(packages: Sequence[str], done: subprocess.CompletedProcess[str]) -> UnavailableError:
+    """What apt-get says in its last line."""
+    reason = (done.stderr.strip().splitlines() or ["apt-get failed"])[-1]
+    return UnavailableError(f"the packages {', '.join(packages)} cannot be fetched ({reason})")
 
 
 def unpacked_env() -> dict[str, str]:

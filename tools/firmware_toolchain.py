@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from debian import ROOT, TREE, Program, installed, run, unpack, unpacked_env
+from debian import ROOT, TREE, Program, fresh_lists, installed, run, unpack, unpacked_env
 
 TARGET = ROOT / "target" / "firmware"
 
@@ -72,7 +72,8 @@ def rust(programs: Mapping[str, Program]) -> Rust:
 
 def debian_rust(programs: Mapping[str, Program]) -> Rust:
     """Debian's compiler, and the libraries built from its sources once for each target."""
-    unpack(RUST_PACKAGES)
+    # The machine's lists may have one that is too old for the crates.
+    unpack(RUST_PACKAGES, fresh_lists())
     compiler = Program(TREE / "usr" / "bin" / "rustc", unpacked_env())
     cargo = TREE / "usr" / "bin" / "cargo"
     env = {"RUSTC": str(compiler.path), **compiler.env}
