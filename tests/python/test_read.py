@@ -30,11 +30,8 @@ needs_data = pytest.mark.skipif(not DATA, reason="AHRS_RS_DATA is not set")
 GRAVITY = 9.80665
 
 
-@needs_data
-def test_every_shared_recording_is_read_without_a_repair_of_the_samples() -> None:
-    files = [path for ending in ("hdf5", "csv", "npz") for path in sorted(Path(DATA).rglob(f"*.{ending}"))]
-    assert files, "AHRS_RS_DATA names a folder without recordings"
-    for path in files:
+def test_every_shared_recording_is_read_without_a_repair_of_the_samples(recordings: list[Path]) -> None:
+    for path in recordings:
         found = read(path)
         assert len(found) > 1000
         assert found.acc is not None
