@@ -8,9 +8,9 @@ drifts slows both; a few processes follow each other, as each has its own luck w
 - a command (`--command`), a new process each time, in the environment of each build.
 
 A line for each: the medians of both, the median over the alternations of new time over old with its quartiles, and
-whether results have the same bits. A build beside itself (`--new` as `--old`) shows what a ratio can tell: 0.98 to 1.02 on
-two busy cores. Exit status 1 where bits differ (unless `--any-bits`), or where a median of ratios
-is above `--limit`.
+whether results have the same bits. A build beside itself (`--old python --new python`) shows what a ratio can tell:
+0.98 to 1.02 on two busy cores. Exit status 1 where bits differ (unless `--any-bits`), or where a median of ratios is
+above `--limit`.
 
     python benches/pair.py --filter Madgwick,VQF --dtype f64,f32 --recordings 1,64
     python benches/pair.py --setup "import ahrs_rs as ar; r = ar.simulate.demo(60, 286)" --statement "r.save('r.npz')"
