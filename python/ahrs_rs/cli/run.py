@@ -13,7 +13,7 @@ from ahrs_rs.cli import _common, calibrate
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.io import write_estimate
-from ahrs_rs.io._common import require
+from ahrs_rs.io._contents import require
 from ahrs_rs.io._estimate import WRITERS
 from ahrs_rs.recording import Recording
 from ahrs_rs.status import Status

@@ -1,8 +1,7 @@
 """What a column of a table is: the quantity, axis and unit that its name tells.
 
 A name is matched in lower case with every run of other characters as one underscore. The unit stands in
-brackets, as in "Gyroscope X (deg/s)" or "gyr_x [rad/s]", or after the axis, as in acc_x_g; units are compared
-by their letters and digits only, so that m/s², m/s^2, m_s2 and m s-2 are the same.
+brackets, as in "Gyroscope X (deg/s)" or "gyr_x [rad/s]", or after the axis, as in acc_x_g.
 """
 
 from __future__ import annotations
@@ -11,56 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
-DEGREE = np.pi / 180.0
-
-
-def _units(*groups: tuple[float, float, str]) -> dict[str, tuple[float, float]]:
-    return {name: (factor, offset) for factor, offset, names in groups for name in names.split()}
-
-
-#: Quantity -> unit, as letters and digits -> factor and offset to the unit of `Recording`.
-UNITS: dict[str, dict[str, tuple[float, float]]] = {
-    "t": _units(
-        (1.0, 0.0, "s sec secs second seconds"),
-        (1e-3, 0.0, "ms msec millis millisecond milliseconds"),
-        (1e-6, 0.0, "us usec micros microsecond microseconds"),
-        (1e-9, 0.0, "ns nsec nanos nanosecond nanoseconds"),
-    ),
-    "gyr": _units(
-        (1.0, 0.0, "rads rads1 radps radsec radpersec radianss radianssec radianssecond"),
-        (1e-3, 0.0, "mrads mradps"),
-        (DEGREE, 0.0, "dps degs degs1 degps degsec degpersec degreess degreessec degreessecond"),
-        (1e-3 * DEGREE, 0.0, "mdps mdegs"),
-    ),
-    "acc": _units(
-        (1.0, 0.0, "ms2 mss mps2 mpss msec2"),
-        (GRAVITY, 0.0, "g gn g0 gs"),
-        (1e-3 * GRAVITY, 0.0, "mg mgn"),
-    ),
-    "mag": _units(
-        (1.0, 0.0, "ut microtesla"),
-        (1e-3, 0.0, "nt nanotesla"),
-        (1e3, 0.0, "mt millitesla"),
-        (1e6, 0.0, "t tesla"),
-        (100.0, 0.0, "g gs gauss"),
-        (0.1, 0.0, "mg mgauss milligauss"),
-        (1.0, 0.0, "au norm normalised normalized"),  # only the direction is known: kept as it is
-    ),
-    "temperature": _units(
-        (1.0, 0.0, "c degc celsius"),
-        (1.0, -273.15, "k kelvin"),
-        (5.0 / 9.0, -160.0 / 9.0, "f degf fahrenheit"),
-    ),
-    "ref": _units((1.0, 0.0, "1 au quat")),
-    "mask": _units((1.0, 0.0, "bool")),
-}
-
-#: Quantity -> the unit that is assumed where a name tells none.
-ASSUMED = {"t": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "µT", "temperature": "°C"}
+from ._units import UNITS, plain, unit_key
 
 #: Quantity -> labels of its axes, "" for a quantity of one column.
 AXES = {"t": ("",), "gyr": tuple("xyz"), "acc": tuple("xyz"), "mag": tuple("xyz"), "ref": tuple("wxyz")}
@@ -83,7 +33,6 @@ _MATCHERS = {
     quantity: re.compile(names + f"(?P<axis>{'|'.join(AXES[quantity])})" + _UNIT) for quantity, names in _NAMES.items()
 }
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]*)[)\]]\s*")
-_SIGNS = str.maketrans({"µ": "u", "μ": "u", "°": "deg", "²": "2", "³": "3", "⁻": "-", "¹": "1"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +52,7 @@ class Column:
 
 def parse(index: int, header: str) -> Column | None:
     """What the column is, or None for a name that is none of ours."""
-    text = header.translate(_SIGNS)
+    text = plain(header)
     brackets = _BRACKETS.fullmatch(text)
     unit = brackets["unit"].strip() if brackets else ""
     name = re.sub(r"[^a-z0-9]+", "_", (brackets["name"] if brackets else text).lower()).strip("_")
@@ -127,11 +76,6 @@ def parse(index: int, header: str) -> Column | None:
             bracketed=bool(brackets),
         )
     return None
-
-
-def unit_key(unit: str) -> str:
-    """The letters and digits of a unit, in lower case."""
-    return re.sub(r"[^a-z0-9]", "", unit.lower())
 
 
 def choose(headers: Sequence[str]) -> dict[str, list[Column]]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from ._common import one_line, require
+from ._contents import one_line, require
+from ._source import Source
 
 #: Spellings of a missing value, beside the usual ones of pyarrow (empty, NaN, NA, null, n/a, ...).
 MISSING = ("None", "none", "NAN", "Nan", "-", "--")
@@ -22,10 +22,9 @@ def is_text(head: bytes) -> bool:
     return bool(head.strip()) and b"\0" not in head
 
 
-def head_lines(path: Path) -> list[str]:
+def head_lines(source: Source) -> list[str]:
     """The first lines of the file, empty ones included; Latin-1 where it is not UTF-8."""
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
+    head = source.read(size=HEAD_BYTES)
     if len(head) == HEAD_BYTES:
         head = head[: head.rfind(b"\n") + 1]
     try:
@@ -50,7 +49,7 @@ def table_width(header: list[str], first_row: list[str]) -> int:
 
 
 def read_columns(
-    path: Path,
+    source: Source,
     separator: str,
     skip_lines: int,
     width: int,
@@ -74,7 +73,7 @@ def read_columns(
     pa, pa_csv = require("pyarrow"), require("pyarrow.csv")
     if max(columns) >= width:
         raise ValueError(f"line {skip_lines + 1}: expected at least {max(columns) + 1} cells, got {width}")
-    content = path.read_bytes().rstrip(b" \r\n")
+    content = source.read().rstrip(b" \r\n")
     repairs = []
     start = max(content.rfind(b"\n"), content.rfind(b"\r")) + 1
     if len(cells(content[start:].decode("latin-1"), separator)) < width:

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _columns, _text
-from ._common import FloatArray, Raw, one_line, require
+from . import _columns, _text, _units
+from ._contents import FloatArray, Options, SensorData, one_line, require
+from ._source import Source
 
 SEPARATORS = (",", ";", "\t")
 
 
-def sniff(head: bytes) -> bool:
-    """Whether a file with these first bytes can be a text table."""
-    return _text.is_text(head)
+def sniff(source: Source) -> bool:
+    """Whether the source can be a text table."""
+    return _text.is_text(source.head)
 
 
-def load(path: Path) -> Raw:
+def load(source: Source, options: Options) -> dict[str, SensorData]:
     """Read a text table separated by ',', ';' or tab, with a decimal point and one header line."""
-    lines = _text.head_lines(path)
+    lines = _text.head_lines(source)
     start = next((i for i, line in enumerate(lines) if line.strip()), None)
     if start is None:
         raise ValueError("has no header line")
@@ -37,20 +37,20 @@ def load(path: Path) -> Raw:
         raise ValueError("has a header, but no rows")
     width = _text.table_width(headers, _text.cells(first_row, separator))
     plain = frozenset(column.index for column in chosen.get("mask", ()))
-    values, repairs = _text.read_columns(path, separator, start + 1, width, names, plain)
+    values, repairs = _text.read_columns(source, separator, start + 1, width, names, plain)
     return _raw(headers, chosen, values, repairs)
 
 
-def sniff_parquet(head: bytes) -> bool:
-    """Whether a file with these first bytes is Parquet."""
-    return head.startswith(b"PAR1")
+def sniff_parquet(source: Source) -> bool:
+    """Whether the source is Parquet."""
+    return source.head.startswith(b"PAR1")
 
 
-def load_parquet(path: Path) -> Raw:
+def load_parquet(source: Source, options: Options) -> dict[str, SensorData]:
     """Read a Parquet file; a column of timestamps is the time since its first one."""
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     try:
-        with parquet.ParquetFile(path) as file:
+        with source.open() as stream, parquet.ParquetFile(stream) as file:
             headers = list(file.schema_arrow.names)
             chosen = _columns.choose(headers)
             _check(chosen, headers)
@@ -63,8 +63,8 @@ def load_parquet(path: Path) -> Raw:
 
 
 def _check(chosen: dict[str, list[_columns.Column]], headers: Sequence[str]) -> None:
-    if "gyr" not in chosen:
-        raise ValueError(f"has no gyroscope column (named like 'gyr_x [rad/s]'), only {_shown(headers)}")
+    if not chosen.keys() & {"gyr", "acc", "mag"}:
+        raise ValueError(f"has no column of a gyroscope, accelerometer or magnetometer (named like 'gyr_x [rad/s]'), only {_shown(headers)}")
 
 
 def _shown(headers: Sequence[str]) -> str:
@@ -87,7 +87,7 @@ def _raw(
     chosen: dict[str, list[_columns.Column]],
     values: dict[int, Any],
     repairs: list[str],
-) -> Raw:
+) -> dict[str, SensorData]:
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
     assumed: dict[str, str] = {}
@@ -97,15 +97,16 @@ def _raw(
             continue
         converted = [_convert(values[column.index], column) for column in columns]
         arrays[quantity] = np.column_stack(converted) if len(converted) > 1 else converted[0]
-        if quantity in _columns.ASSUMED:
-            default = _columns.ASSUMED[quantity]
+        if quantity in _units.ASSUMED:
+            default = _units.ASSUMED[quantity]
             units[quantity] = ", ".join(dict.fromkeys(column.unit or default for column in columns))
             if not all(column.unit for column in columns):
                 assumed[quantity] = default
     used = {column.index for columns in chosen.values() for column in columns}
     ignored = [header for index, header in enumerate(headers) if index not in used and header]
     meta = {"units": units, "assumed_units": assumed, "ignored_columns": ignored, "repairs": repairs}
-    return Raw(**arrays, meta=meta)
+    t = arrays.pop("t", None)
+    return {"imu": SensorData({name: (t, values) for name, values in arrays.items()}, meta=meta)}
 
 
 def _convert(values: Any, column: _columns.Column) -> FloatArray:
