@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ahrs_rs import _atomic
+
 __all__ = ["Recording", "nominal_rate"]
 
 FloatArray = NDArray[np.float64]
@@ -109,12 +111,14 @@ class Recording:
         ------
         ValueError
             If `path` does not end in .npz.
+        OSError
+            What was there is then as it was.
         """
         path = Path(path)
         if path.suffix.lower() != ".npz":
             raise ValueError(f"path: expected a name that ends in .npz, got {path.name!r}")
         meta = json.dumps(self.meta, default=str)
-        with path.open("wb") as file:
+        with _atomic.binary(path) as file:
             np.savez_compressed(file, rate=np.float64(self.rate), meta=np.array(meta), **self._arrays())
 
     def _arrays(self) -> dict[str, Any]:
