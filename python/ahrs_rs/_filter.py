@@ -308,14 +308,14 @@ class Filter(_native.NativeFilter):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, (type(self), self._keywords(), self._snapshot() if self.STREAMING else None)
+        return _rebuild, (type(self), self._keywords(), self.state() if self.STREAMING else None)
 
 
-def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | None) -> Filter:
+def _rebuild(cls: type[Filter], keywords: dict[str, Any], state: State | None) -> Filter:
     """The pickled filter."""
     made = cls(**keywords)
-    if snapshot is not None:
-        made._restore(snapshot)
+    if state is not None:
+        made.restore(state)
     return made
 
 

@@ -9,17 +9,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _axes, _quat
+from ahrs_rs import _atomic, _axes, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
-
-if TYPE_CHECKING:
-    from typing import Self
 
 __all__ = ["Recording", "Stream", "nominal_rate"]
 
@@ -330,12 +327,14 @@ class Recording:
         ------
         ValueError
             If `path` does not end in .npz.
+        OSError
+            What was there is then as it was.
         """
         path = Path(path)
         if path.suffix.lower() != ".npz":
             raise ValueError(f"path: expected a name that ends in .npz, got {path.name!r}")
         meta = json.dumps(self.meta, default=str)
-        with path.open("wb") as file:
+        with _atomic.binary(path) as file:
             np.savez_compressed(file, rate=np.float64(self.rate), meta=np.array(meta), **self._arrays())
 
     def _arrays(self) -> dict[str, Any]:
