@@ -26,7 +26,7 @@ def vectors(name: str, given: Any) -> Any:
     if library not in ("pandas", "polars", "pyarrow"):
         return given
     try:
-        return _of_arrow(given) if library == "pyarrow" else _of_frame(given, library)
+        return of_arrow(given) if library == "pyarrow" else _of_frame(given, library)
     except (TypeError, ValueError, NotImplementedError) as error:
         message = " ".join(str(error).split())
         raise ValueError(f"{name}: expected an array of real numbers, got {type(given).__name__}: {message}") from None
@@ -115,10 +115,10 @@ def _of_frame(given: Any, library: str) -> Any:
     return given.to_numpy(dtype=np.float32 if narrow else np.float64, na_value=np.nan)
 
 
-def _of_arrow(given: Any) -> Any:
+def of_arrow(given: Any) -> Any:
     """A column or table of Arrow as an array: (n,), or (n, k) of lists of fixed size, tensors and tables."""
     if hasattr(given, "columns"):  # Table, RecordBatch
-        return np.column_stack([_of_arrow(column) for column in given.columns])
+        return np.column_stack([of_arrow(column) for column in given.columns])
     if hasattr(given, "combine_chunks"):
         given = given.combine_chunks()
         if hasattr(given, "chunks"):  # of no chunk at all
