@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ._units import UNITS, is_unit, plain, unit_key
+from ._units import SIZELESS, UNITS, is_unit, plain, unit_key, written
 
 #: Quantity -> labels of its axes, "" for a quantity of one column.
 AXES: dict[str, tuple[str, ...]] = {
@@ -77,7 +77,7 @@ _EXACT = {
 
 #: What a column of a sensor may be that is no reading of it.
 _NO_READING = frozenset(
-    "covariance cov bias offset scale gain std stddev sigma var variance noise error err clipping clip count counter integral id "
+    "covariance cov bias offset scale gain std stddev sigma var variance noise error err relative clipping clip count counter integral id "
     "status calibration cal_count accuracy acc_accuracy valid flag timestamp_relative range delta dt health quality uncertainty "
     "magnitude norm rms mean min max length saturated saturation rate_hz freq frequency samples sn serial type name mode angle "
     "ref_x setpoint sp target cmd command correction drift residual diff tilt increment dq dv".split()
@@ -157,6 +157,7 @@ def parse(index: int, header: str, *, hint: str = "") -> Column | None:
     if found is None:
         return None
     quantity, axis, unit, owner, kind, truth, bracketed = found
+    unit = unit if bracketed or unit_key(unit) in {*SIZELESS, ""} else written(quantity, unit)
     return Column(index, header, quantity, axis, unit, owner, kind, truth, bracketed)
 
 
@@ -164,6 +165,8 @@ def looks_like_sensor(header: str) -> bool:
     """Whether a name that was not taken speaks of a sensor or an orientation."""
     words = set(split(header)[0])
     known = {"gyr", "gyro", "gyroscope", "acc", "accel", "accelerometer", "acceleration", "mag", "magnetometer", "magnetic"}
+    if words & _NO_READING:
+        return False
     return bool(words & (known | {"quat", "quaternion", "angular", "omega", "roll", "pitch", "yaw", "orientation", "rotation"}))
 
 
@@ -218,6 +221,9 @@ def _clock(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | None:
             if not own:  # a name like "millis" or "seconds_elapsed" says the unit of the time
                 own = next((word for word in rest if is_unit("t", word)), "")
             return "t", 0, own, "", tuple(word for word in rest if word != own), False, bracketed
+    if "timestamp" in words and not _NO_READING & set(words):  # gyro_timestamp, timestamp_unix_cal
+        rest, own = _without_unit("t", words, unit)
+        return "t", 0, own, "", rest, False, bracketed
     return None
 
 
@@ -334,7 +340,7 @@ def _lettered(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | No
         if start and not all(_DEVICE.fullmatch(word) or word in _TRUTH for word in words[:start]):
             return None
         rest = words[start:]
-        whole = len(rest[0]) > 1 and rest[0] not in ("ac", "gy")
+        whole = len(rest[0]) > 1 and not (rest[0] in ("ac", "gy") and rest[1:2] in (("x",), ("y",), ("z",)))
         joined, behind = (rest[0], rest[1:]) if whole else ("".join(rest[:2]), rest[2:])
         match = re.fullmatch(r"(ac|gy|[gwafmhbq])([wxyz0-3])", joined)
         if match is None and bracketed and len(rest) > 2 and rest[0] in _LETTERS and rest[-1] in AXES["acc"]:

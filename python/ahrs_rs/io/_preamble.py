@@ -147,7 +147,8 @@ def _separator_line(lines: list[str]) -> str | None:
 
 def _found_separator(lines: Sequence[str]) -> str:
     """The separator by which the last lines have the same number of cells, and most of them numbers."""
-    sample = [line for line in lines if line.strip()][-SAMPLE:]
+    filled = [line for line in lines if line.strip()]
+    sample = filled[-min(SAMPLE, max(2, len(filled) // 2)) :]
     best, chosen = (0.0, 0.0, 0), ","
     for separator in SEPARATORS:
         split = [cells(line, separator) for line in sample]
@@ -172,9 +173,14 @@ def _found_decimal(lines: Sequence[str], separator: str) -> str:
     return "," if any("," in cell for cell in split) and not any("." in cell for cell in split) else "."
 
 
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, or a word for a missing one."""
+    return bool(_NUMBER.fullmatch(cell)) or cell.lower() in _MISSING
+
+
 def is_value(cell: str) -> bool:
     """Whether a cell is a number, a time, or a word for a missing value."""
-    return bool(_NUMBER.fullmatch(cell)) or cell.lower() in _MISSING or (cell[:1].isdigit() and bool(_MOMENT.fullmatch(cell)))
+    return is_number(cell) or (cell[:1].isdigit() and bool(_MOMENT.fullmatch(cell)))
 
 
 def _is_row(row: Sequence[str], width: int) -> bool:
@@ -187,7 +193,7 @@ def _found_header(made: Layout, lines: Sequence[str]) -> None:
     split = [(i, cells(line, made.separator)) for i, line in enumerate(lines) if line.strip()]
     if not split:
         raise ValueError("has no header line")
-    last = [len(row) for _, row in split[-SAMPLE:]]
+    last = [len(row) for _, row in split[-min(SAMPLE, max(2, len(split) // 2)) :]]
     width = max(set(last), key=lambda one: (last.count(one), one))
     first = None
     for k, (_, row) in enumerate(split):

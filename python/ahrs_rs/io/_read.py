@@ -95,6 +95,25 @@ def read(
     return recording
 
 
+def from_frame(
+    frame: Any,
+    *,
+    columns: Mapping[str, str | Sequence[str]] | None = None,
+    units: Mapping[str, str] | None = None,
+    axes: str | None = None,
+    sensor: str | None = None,
+    timezone: str | None = None,
+    rate: float | None = None,
+) -> Recording:
+    """The recording in a data frame; see `Recording.from_frame`."""
+    from ._frame import recording_of_frame
+
+    options = _options(None, columns, units, axes, None, None, None, sensor, timezone, rate)
+    recording = recording_of_frame(frame, options)
+    _tell(recording, stacklevel=4)
+    return recording
+
+
 def read_all(
     path: Readable,
     *,
@@ -257,10 +276,10 @@ def told(recording: Recording) -> list[str]:
     return sentences
 
 
-def _tell(recording: Recording) -> None:
+def _tell(recording: Recording, stacklevel: int = 3) -> None:
     sentences = told(recording)
     if sentences:
-        warnings.warn(f"{recording.meta['path']}: {'; '.join(sentences)}", DataWarning, stacklevel=3)
+        warnings.warn(f"{recording.meta['path']}: {'; '.join(sentences)}", DataWarning, stacklevel=stacklevel)
 
 
 def _counted(name: str, data: SensorData) -> SensorInfo:

@@ -78,11 +78,12 @@ def _understood(source: Source, options: Options) -> tuple[Layout, Choice, Profi
     layout = _preamble.layout_of(_preamble.head_lines(source), options)
     profile = profile_of(layout.headers)
     hint = quantity_of_name(PurePosixPath(source.name).stem)
-    if profile is not None and profile.title == "Sensor Logger" and PurePosixPath(source.name).stem == "Accelerometer":
+    if profile is not None and profile.title == "Sensor Logger" and hint == "acc" and "total" not in source.name.lower():
         hint = "linear_acceleration"
     choice = choose(
         layout.headers, options, units=layout.units, hint=hint, adapt=adapter(layout.headers, profile)
     )
+    choice.clocks = [clock for clock in choice.clocks if not _is_date(layout, clock.columns[0].index)]
     return layout, choice, profile
 
 
@@ -97,10 +98,16 @@ def _text_columns(choice: Choice, layout: Layout) -> Collection[int]:
     for clock in choice.clocks:
         for column in clock.columns:
             some = [row[column.index] for row in layout.rows if column.index < len(row) and row[column.index]]
-            if any(re.search(r"\d[:T]\d|\d-\d\d?-\d", cell) for cell in some[:5]):
+            if some and not any(_preamble.is_number(cell) for cell in some):
                 text.add(column.index)
     text |= {columns[0].index for quantities in choice.sensors.values() for q, columns in quantities.items() if q == "mask"}
     return text | ({choice.instance.index} if choice.instance is not None else set())
+
+
+def _is_date(layout: Layout, index: int) -> bool:
+    """Whether a column holds dates without a time."""
+    some = [row[index] for row in layout.rows if index < len(row) and row[index]]
+    return bool(some) and all(re.fullmatch(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}", cell) for cell in some)
 
 
 def _are_long(layout: Layout, index: int) -> bool:

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._contents import FloatArray, one_line, require
-from ._preamble import Layout, cells, encoding_of, head_lines, is_text, table_width
+from ._preamble import Layout, cells, encoding_of
 from ._source import Source
-
-__all__ = ["cells", "head_lines", "is_text", "read_columns", "table_width"]
 
 #: Spellings of a missing value.
 MISSING = tuple(

@@ -122,6 +122,23 @@ def is_unit(quantity: str, unit: str) -> bool:
     return unit_key(unit) in UNITS.get(quantity, {})
 
 
+#: How a unit is written that a name holds without signs (acc_x_m_s2).
+_WRITTEN = {
+    "t": ("s", "ms", "us", "ns"),
+    "gyr": ("rad/s", "mrad/s", "deg/s", "mdps"),
+    "acc": ("m/s²", "g", "mg"),
+    "mag": ("µT", "nT", "mT", "T", "gauss", "mgauss"),
+    "temperature": ("°C", "K"),
+}
+
+
+def written(quantity: str, unit: str) -> str:
+    """A unit of the words of a name as one writes it."""
+    known = UNITS.get(quantity, {})
+    found = known.get(unit_key(unit))
+    return next((one for one in _WRITTEN.get(quantity, ()) if known[unit_key(one)] == found), unit)
+
+
 def conversion(quantity: str, unit: str) -> tuple[float, float]:
     """Factor and offset from a unit to that of `Recording`.
 
