@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ._contents import Options
-from ._names import AXES, Column, parse, split
+from ._names import AXES, BARE, Column, parse, split
 from ._units import ASSUMED, SIZELESS, UNITS, conversion, unit_key
 
 #: Names of a column that says which of several sensors a row is of.
@@ -219,12 +219,15 @@ def _best(quantity: str, groups: list[dict[int, list[Column]]], passed: list[str
             first, second = double[0].header, double[1].header
             raise ValueError(f"columns {first!r} and {second!r} are the same quantity and axis{_option(quantity)}")
         if missing:
-            names = [column.header for columns in group.values() for column in columns]
+            columns_of = [column for columns in group.values() for column in columns]
+            if BARE in columns_of[0].kind:
+                continue
+            names = [column.header for column in columns_of]
             lacking.append((group, f"{quantity}: no column for {', '.join(missing)}, only {names}"))
             continue
         complete.append([group[axis][0] for axis in range(len(axes))])
     if not complete:
-        if lacking and not single and quantity not in ("linear_acceleration", "gravity"):
+        if lacking and not single and quantity in (*SENSORS, "ref"):
             raise ValueError(lacking[0][1])
         return []
     known = [columns for columns in complete if all(column.known for column in columns)]

@@ -129,14 +129,17 @@ def _in_order(data: SensorData) -> dict[str, Stream]:
         if t is None:
             if data.rate is None or not data.rate > 0:
                 raise ValueError("has no times (t) and no sampling rate: give rate= (--rate)")
-            times.setdefault(-len(values), (np.arange(len(values)) / data.rate, None))
-            clock, order = times[-len(values)]
+            times.setdefault(0, (np.arange(len(values)) / data.rate, None))  # 0: no id of an array
+            clock, order = times[0]
         else:
             if id(t) not in times:
                 array = np.asarray(t, dtype=np.float64)
                 times[id(t)] = ordered(array, data.meta["repairs"], "t" if shared else f"{name}.t")
             clock, order = times[id(t)]
         rows = values if order is None else values[order]
+        if len(rows) != len(clock):
+            shape = ", ".join(map(str, (len(clock), *rows.shape[1:])))
+            raise ValueError(f"{name}: expected shape ({shape}{',' if rows.ndim == 1 else ''}), got {rows.shape}")
         try:
             made[name] = Stream(clock, rows)
         except ValueError as error:

@@ -107,6 +107,8 @@ _GLUED = re.compile(
     r"(?P<before>[xyz])?(?P<name>gyroscope|gyros|gyro|gyr|accelerometer|acceleration|accel|acce|acc|magnetometer|magneto|magn|mag|"
     r"omega|quat|temp|rotationrate|baro)(?P<behind>[wxyz])?"
 )
+#: The kind of a truth that is not called a quaternion (ref_w): it may be a position too.
+BARE = "bare"
 #: A cell that is longer is no name of a column.
 _LONGEST_NAME = 200
 
@@ -355,7 +357,9 @@ def _lettered(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | No
 
 
 def _bare(words: tuple[str, ...], unit: str, bracketed: bool, hint: str) -> Parsed | None:
-    """An axis alone: what its unit or the file's name says."""
+    """An axis alone: the truth where that is said, or what its unit or the file's name says."""
+    if len(words) == 2 and words[0] in _TRUTH and words[1] in AXES["ref"]:
+        return "ref", AXES["ref"].index(words[1]), unit, "", (BARE,), True, bracketed
     rest = tuple(word for word in words if word not in ("axis", "value", "axes"))
     if len(rest) != 1 or rest[0] not in ("x", "y", "z", "w"):
         return None

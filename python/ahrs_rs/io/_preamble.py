@@ -96,7 +96,7 @@ def layout_of(lines: Sequence[str], options: Options) -> Layout:
     Raises
     ------
     ValueError
-        No header line, no rows, or a separator or decimal sign that is none.
+        No header line, or a separator or decimal sign that is none.
     """
     lines = list(lines)
     stated = _separator_line(lines)
@@ -119,8 +119,6 @@ def layout_of(lines: Sequence[str], options: Options) -> Layout:
             "are not wanted"
         )
     made.headers[0] = made.headers[0].lstrip(_COMMENT)  # numpy.savetxt marks its header as a comment
-    if not made.rows:
-        raise ValueError("has a header, but no rows")
     return made
 
 
@@ -208,9 +206,9 @@ def _found_header(made: Layout, lines: Sequence[str]) -> None:
     made.rows = [row for _, row in split[first : first + SAMPLE]]
     made.width = len(made.rows[0])
     above = split[:first]
-    if not above:
-        return
-    _take_names(made, lines, above)
+    if above:
+        made.width = width if len(above[-1][1]) == width else made.width
+        _take_names(made, lines, above)
 
 
 def _take_names(made: Layout, lines: Sequence[str], above: list[tuple[int, list[str]]]) -> None:
@@ -227,7 +225,7 @@ def _take_names(made: Layout, lines: Sequence[str], above: list[tuple[int, list[
         names = _joined(above[-2][1], names)
         above = above[:-1]
     made.headers = names
-    made.width = table_width(names, made.rows[0])
+    made.width = table_width(names, next((row for row in made.rows if len(row) == made.width), made.rows[0]))
     made.preamble = [lines[i] for i, _ in above[:-1]]
 
 

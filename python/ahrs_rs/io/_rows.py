@@ -49,7 +49,18 @@ class _Time:
     start: str | None
     assumed: list[str]
     wrong: str = ""
-    """Why it can be none of an inertial sensor."""
+    """Why it can be none of an inertial sensor: "rate", "order" or "text"."""
+    error: ValueError | None = None
+
+
+def require_sensor(choice: Choice, headers: Sequence[str]) -> None:
+    """ValueError where a table has no column of a sensor or an orientation."""
+    wanted = {*SENSORS, "linear_acceleration", "device_quat", "ref"}
+    if not any(quantities.keys() & wanted for quantities in choice.sensors.values()):
+        raise ValueError(
+            "has no column of a gyroscope, accelerometer or magnetometer (named like 'gyr_x [rad/s]'), only "
+            f"{shown(headers)}; name them by columns={{'gyr': [...], 'acc': [...]}} (--columns gyr=...)"
+        )
 
 
 def sensor_data(table: TableData) -> dict[str, SensorData]:
@@ -58,13 +69,8 @@ def sensor_data(table: TableData) -> dict[str, SensorData]:
     Raises
     ------
     ValueError
-        No sensor in it; columns that are no numbers; no time that can be one.
+        Columns that are no numbers; no time that can be one.
     """
-    if not any(quantities.keys() & {*SENSORS, "linear_acceleration", "device_quat", "ref"} for quantities in table.choice.sensors.values()):
-        raise ValueError(
-            "has no column of a gyroscope, accelerometer or magnetometer (named like 'gyr_x [rad/s]'), only "
-            f"{shown(table.headers)}; name them by columns={{'gyr': [...], 'acc': [...]}} (--columns gyr=...)"
-        )
     parts = _instances(table)
     found: dict[str, SensorData] = {}
     for instance, rows in parts.items():
@@ -215,11 +221,13 @@ def _clock(
     own = _own_clocks(tried, quantities)
     general = [one for one in tried if all(one.clock is not other.clock for other in own.values())] or tried
     chosen = next((one for one in general if not one.wrong), general[0] if general else None)
-    if (chosen is None or chosen.wrong == "rate") and (rate := _rate_beside(table, rows)) is not None:
+    if (chosen is None or chosen.wrong in ("rate", "text")) and (rate := _rate_beside(table, rows)) is not None:
         data.rate = rate
         reason = "no time" if chosen is None else f"no time that tells samples apart ({chosen.clock.name!r})"
         data.say("assumed", f"t: has {reason}; {rate:g} Hz as the file states")
         return None, {}
+    if chosen is not None and chosen.error is not None:
+        raise chosen.error
     if chosen is not None:
         left = [one.clock.name for one in general if one is not chosen]
         if left:
@@ -251,10 +259,13 @@ def _tried(table: TableData, clock: Clock, rows: NDArray[np.intp] | None) -> _Ti
     parts = [table.values[column.index] for column in clock.columns]
     parts = parts if rows is None else [part[rows] for part in parts]
     assumed: list[str] = []
-    if len(parts) == 2:
-        t, start = _two_parts(clock, parts)
-    else:
-        t, start = _one_part(clock.columns[0], parts[0], table.options.timezone, assumed)
+    try:
+        if len(parts) == 2:
+            t, start = _two_parts(clock, parts)
+        else:
+            t, start = _one_part(clock.columns[0], parts[0], table.options.timezone, assumed)
+    except ValueError as error:
+        return _Time(clock, np.full(len(parts[0]), np.nan), None, [], "text", error)
     return _Time(clock, t, start, assumed, _wrong(t, clock))
 
 

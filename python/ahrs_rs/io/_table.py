@@ -17,7 +17,7 @@ from ._contents import Options, SensorData, SensorInfo, one_line, require
 from ._names import Column, quantity_of_name
 from ._preamble import Layout
 from ._profiles import Profile, adapter, profile_of
-from ._rows import TableData, sensor_data
+from ._rows import TableData, require_sensor, sensor_data
 from ._source import Source
 
 #: A number of so many digits is beyond what a float64 tells apart.
@@ -83,6 +83,9 @@ def _understood(source: Source, options: Options) -> tuple[Layout, Choice, Profi
     choice = choose(
         layout.headers, options, units=layout.units, hint=hint, adapt=adapter(layout.headers, profile)
     )
+    require_sensor(choice, layout.headers)
+    if not layout.rows:
+        raise ValueError("has a header, but no rows")
     choice.clocks = [clock for clock in choice.clocks if not _is_date(layout, clock.columns[0].index)]
     return layout, choice, profile
 
@@ -187,6 +190,7 @@ def understood_names(
     options = replace(options, columns=_spread(options.columns, columns))
     profile = profile_of(spoken)
     choice = choose(spoken, options, adapt=adapter(spoken, profile))
+    require_sensor(choice, [name for name, _ in columns])
     return choice, profile, headers
 
 
