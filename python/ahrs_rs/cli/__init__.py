@@ -49,7 +49,7 @@ def main(argv: list[str] | None = None) -> int:
         # A terminal that lacks a character, as ° in ASCII, is no reason to fail.
         _tolerate(sys.stdout)
     try:
-        with interruptible() as received:
+        with interruptible(_fail if argv is None else None) as received:
             status = _command(argv)
             _flush()
             return status
@@ -63,12 +63,16 @@ def main(argv: list[str] | None = None) -> int:
     except OSError as error:
         message, status = _system_message(error), FAILED
     # Told only now: the exception is gone and has taken a progress bar with it.
-    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr)
+    _fail(message)
     try:
         _flush()
     except OSError:  # the error that has just been told
         _drop_output()
     return status
+
+
+def _fail(message: str) -> None:
+    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
 
 
 def _command(argv: list[str] | None) -> int:
