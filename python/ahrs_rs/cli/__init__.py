@@ -1,6 +1,7 @@
 """The command line ``ahrs-rs``: one module per command, each with `add_parser` and its function.
 
-Whatever goes wrong is told in one line on standard error, with exit status 2.
+Whatever goes wrong is told in one line on standard error, with exit status 2. SIGTERM and SIGHUP end a command as
+Ctrl-C does, with what is done kept and nothing half written.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from typing import NoReturn
 import ahrs_rs
 from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, simulate, tune
 from ahrs_rs.cli._common import CliError
+from ahrs_rs.cli._signals import interruptible
 
 __all__ = ["main"]
 
 COMMANDS = (run, compare, tune, filters, calibrate, noise, simulate, demo, papers)
 
 FAILED = 2
-INTERRUPTED = 130
 #: What a shell reports of a program that the closed pipe ended: 128 + SIGPIPE.
 PIPE_CLOSED = 141
 
@@ -38,7 +39,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run a command and return its exit status: 0, 2 after an error, 130 after an interrupt.
+    """Run a command and return its exit status: 0, 2 after an error, 128 and the number of a signal that ended it.
 
     Parameters
     ----------
@@ -48,25 +49,30 @@ def main(argv: list[str] | None = None) -> int:
         # A terminal that lacks a character, as ° in ASCII, is no reason to fail.
         _tolerate(sys.stdout)
     try:
-        status = _command(argv)
-        _flush()
-        return status
+        with interruptible(_fail if argv is None else None) as received:
+            status = _command(argv)
+            _flush()
+            return status
     except BrokenPipeError:
         _drop_output()
         return PIPE_CLOSED
     except KeyboardInterrupt as interruption:
-        message, status = str(interruption) or "interrupted", INTERRUPTED
+        message, status = str(interruption) or received.word, received.status
     except (CliError, ValueError, ImportError, MemoryError, OverflowError) as error:
         message, status = str(error) or type(error).__name__, FAILED
     except OSError as error:
         message, status = _system_message(error), FAILED
     # Told only now: the exception is gone and has taken a progress bar with it.
-    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr)
+    _fail(message)
     try:
         _flush()
     except OSError:  # the error that has just been told
         _drop_output()
     return status
+
+
+def _fail(message: str) -> None:
+    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
 
 
 def _command(argv: list[str] | None) -> int:
