@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from ._registry import FORMATS
 
 __all__ = [
-    "FORMATS","SensorInfo",
+    "FORMATS",
+    "SensorInfo",
     "formats",
     "from_frame",
     "read",
