@@ -238,6 +238,7 @@ class Filter(_native.NativeFilter):
             t=self._stamps(t, quat.shape[:-1], call.states),
             state=state if self.STREAMING else None,
             extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
+            frame=self.frame,
         )
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:

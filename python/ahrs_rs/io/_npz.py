@@ -9,8 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import Options, SensorData, one_line
+from .._arrays import seconds
+from ._contents import TOLD, Options, SensorData, one_line
 from ._source import Source
+
+#: How the arrays of streams with clocks of their own begin.
+STREAM = "stream"
 
 #: What is in it -> names of the array, the first present one is taken.
 NAMES = {
@@ -44,15 +48,32 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
                 name = next((alias for alias in aliases if alias in names), None)
                 if name is not None:
                     found[field] = file[name]
+            own = _streams(file)
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, ValueError, RuntimeError) as error:
         # RuntimeError includes the NotImplementedError of an unknown compression or encryption.
         raise ValueError(f"is not a readable .npz file: {one_line(error)}") from error
-    if not found.keys() & {"gyr", "acc", "mag"}:
+    if not found.keys() & {"gyr", "acc", "mag"} and not own:
         raise ValueError(f"has no array 'gyr', 'acc' or 'mag', only {sorted(names)}")
     rate = _rate(found.pop("rate")) if "rate" in found else None
     meta = _meta(found.pop("meta")) if "meta" in found else {}
     t = found.pop("t", None)
-    return {"imu": SensorData({name: (t, values) for name, values in found.items()}, rate=rate, meta=meta)}
+    if t is not None and t.dtype.kind in "Mm":
+        t = seconds(t)
+    streams = {name: (t, values) for name, values in found.items()}
+    return {"imu": SensorData(streams | own, rate=rate, meta=meta)}
+
+
+def _streams(file: Any) -> dict[str, tuple[Any, Any]]:
+    """The streams with clocks of their own that `Recording.save` wrote; those of one clock share its array."""
+    found: dict[str, tuple[Any, Any]] = {}
+    for key in file.files:
+        kind, _, rest = key.partition(".")
+        name, _, part = rest.rpartition(".")
+        if kind == STREAM and part == "t" and f"{STREAM}.{name}.values" in file.files:
+            t = file[key]
+            t = next((other for other, _ in found.values() if np.array_equal(other, t)), t)
+            found[name] = (t, file[f"{STREAM}.{name}.values"])
+    return found
 
 
 def _rate(value: Any) -> float:
@@ -68,6 +89,12 @@ def _meta(value: Any) -> dict[str, Any]:
         meta = None
     if not isinstance(meta, dict):
         raise ValueError("meta: expected a JSON object as text")
+    return before(meta)
+
+
+def before(meta: dict[str, Any]) -> dict[str, Any]:
+    """The meta of a recording that was saved: what was told of the file that it came from is not told again."""
     if "path" in meta:
         meta["saved_from"] = meta["path"]
-    return meta
+    told = {kind: meta.pop(kind) for kind in (*TOLD, "assumed_units") if meta.get(kind)}
+    return {**meta, "told_before": told} if told else meta

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from . import _broad, _npz, _repoimu, _table
+from . import _broad, _npz, _repoimu, _sto, _table, _tum
 from ._contents import Options, SensorData, SensorInfo
 from ._source import Source
 
@@ -64,6 +64,8 @@ FORMATS: dict[str, Format] = {
     "repoimu": Format(
         title="RepoIMU recording (CSV)", sniff=_repoimu.sniff, load=_repoimu.load, extra="io", library="pyarrow"
     ),
+    "sto": Format(title="OpenSim orientations", sniff=_sto.sniff, load=_sto.load, endings=(".sto",)),
+    "tum": Format(title="TUM trajectory", sniff=_tum.sniff, load=_tum.load, endings=(".tum",)),
     "csv": Format(
         title="text table", sniff=_table.sniff, load=_table.load, extra="io", library="pyarrow", options=TABLE
     ),

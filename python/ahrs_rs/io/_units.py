@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
+from .._plausible import GRAVITY
+
 DEGREE = np.pi / 180.0
 
 
