@@ -85,7 +85,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
         arrays, told = read_in_child("_gopro", path, WHAT)
     if "gyr_counts" not in arrays:
         raise ValueError(NOTHING)
-    starts, lengths = _payloads(arrays["stamps"], arrays["gyr_counts"])
+    starts, lengths = _payloads(arrays["stamps"], arrays["gyr_counts"], arrays["gyr_totals"])
     data = SensorData({}, meta={"units": told["units"], "clock": "of the video, spread over each payload"})
     data.meta["axes"] = "of the camera, as telemetry-parser orders them"
     data.meta["info"] = {"model": told["model"], "order in the file": told["orders"]}
@@ -99,38 +99,47 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
         data.streams[stream] = (_spread(starts, lengths, counts), arrays[stream] * UNITS[unit])
         lost = _lost(counts, arrays[f"{stream}_totals"])
         if lost:
-            data.say("lost", f"{lost} samples of {stream} by TSMP, the count of samples")
+            data.say("lost", f"{lost} samples of {stream} by TSMP, the count of samples; they are a gap in time")
     return {"camera": data}
 
 
-def _payloads(stamps: FloatArray, counts: Any) -> tuple[FloatArray, FloatArray]:
-    """Start and length of each payload, s, from the stamps of the gyroscope's rows, which are evenly spread over it."""
+def _payloads(stamps: FloatArray, counts: Any, totals: Any) -> tuple[FloatArray, FloatArray]:
+    """Start and length of each payload, s, from the library's stamps of the gyroscope's rows.
+
+    The library spreads all rows evenly, over a lost payload too. TSMP, the running total, tells what was lost before a payload: it and
+    all later ones start as much later.
+    """
     if int(counts.sum()) != len(stamps):
         raise ValueError(f"is damaged: {int(counts.sum())} rows of the gyroscope and {len(stamps)} stamps")
-    ends = np.cumsum(counts)
-    begins = ends - counts
-    starts = np.array([stamps[one] if one < len(stamps) else np.nan for one in begins])
-    starts[counts == 0] = np.nan
-    steps = np.array(
-        [
-            (stamps[end - 1] - stamps[one]) / (end - one - 1) if end - one > 1 else np.nan
-            for one, end in zip(begins, ends, strict=True)
-        ]
-    )
-    return starts, steps * counts
+    if len(stamps) < 2:
+        raise ValueError("has fewer than two rows of the gyroscope")
+    step = float(np.median(np.diff(stamps)))
+    starts, late, end = np.zeros(len(counts)), 0.0, 0
+    for index, count in enumerate(counts):
+        first = stamps[end] if end < len(stamps) else stamps[-1] + step
+        lost = _lost_before(index, counts, totals)
+        if lost and end:  # as far as the stamps do not show it themselves
+            late += max(lost * step - max(first - stamps[end - 1] - step, 0.0), 0.0)
+        starts[index] = first + late
+        end += int(count)
+    return starts, step * np.maximum(counts, 1)
 
 
 def _spread(starts: FloatArray, lengths: FloatArray, counts: Any) -> FloatArray:
+    """The times of a stream's rows, evenly over each payload."""
     index = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
     times: FloatArray = starts[index] + lengths[index] * within / counts[index]
     return times
 
 
+def _lost_before(index: int, counts: Any, totals: Any) -> int:
+    """How many samples are missing between a payload and the one before, by the running total."""
+    if index == 0 or not (totals[index] and totals[index - 1]):
+        return 0
+    return int(max(totals[index] - counts[index] - totals[index - 1], 0))
+
+
 def _lost(counts: Any, totals: Any) -> int:
     """Samples that the running total has and the payloads have not."""
-    known = totals > 0
-    if not known.any():
-        return 0
-    total, count = totals[known], counts[known]
-    return int(max(total[-1] - (total[0] - count[0]) - counts.sum(), 0))
+    return sum(_lost_before(index, counts, totals) for index in range(len(counts)))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._contents import Options, SensorData
-from ._lines import NamedTable, header_of, is_text, read_named
+from ._lines import NamedTable, cells, head_lines, header_of, is_number, is_text, read_named, separator_of
 from ._source import Source
 from ._stamps import utc
 
@@ -137,12 +137,10 @@ def _events(source: Source) -> dict[str, Any]:
     """When the experiment started, from meta/time.csv: event, time in the experiment, time since 1970."""
     if "meta/time.csv" not in source.names:
         return {}
-    for line in source.read("meta/time.csv").decode("utf-8", errors="replace").splitlines():
-        parts = [part.strip('" ').replace(",", ".") for part in re.split(r'[;\t]|,(?=")|",', line)]
-        if parts[0] == "START" and len(parts) > 2:
-            try:
-                start = utc(float(parts[2]) - float(parts[1]))
-            except ValueError:
-                return {}
+    lines = head_lines(source.read("meta/time.csv"))
+    for line in lines:
+        parts = [part.replace(",", ".") for part in cells(line, separator_of(lines[0]))]
+        if parts[:1] == ["START"] and len(parts) > 2 and is_number(parts[1]) and is_number(parts[2]):
+            start = utc(float(parts[2]) - float(parts[1]))
             return {"start": start} if start else {}
     return {}
