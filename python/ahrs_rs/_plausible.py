@@ -52,7 +52,7 @@ def doubt(name: str, values: NDArray[Any]) -> str | None:
     if not found.size:
         return None
     if name == "gyr":
-        fast = float(np.quantile(found, 0.99))
+        fast = _fast(found)
         if fast > GYR:
             return f"an angular rate of {fast:.4g} rad/s (99 % of the rows are below) is that of no gyroscope"
         return None
@@ -70,7 +70,7 @@ def likely_unit(name: str, values: NDArray[Any]) -> str | None:
     found = _norms(values)
     middle = float(np.median(found))
     if name == "gyr":
-        return "deg/s" if float(np.quantile(found, 0.99)) < 5000.0 else "mdps"
+        return "deg/s" if _fast(found) < 5000.0 else "mdps"
     if name == "acc":
         if 0.5 <= middle <= 2.0:
             return "g"
@@ -113,6 +113,12 @@ def doubtful_stamps(t: NDArray[Any]) -> str | None:
     return None
 
 
+def _fast(norms: FloatArray) -> float:
+    """The 99 % quantile."""
+    index = math.ceil(0.99 * (len(norms) - 1))
+    return float(np.partition(norms, index)[index])
+
+
 def _norms(values: NDArray[Any]) -> FloatArray:
     """Norms of some of the rows, evenly over all, those without NaN."""
     stride = max(math.ceil(len(values) / ROWS), 1)
@@ -121,3 +127,85 @@ def _norms(values: NDArray[Any]) -> FloatArray:
         norms = np.sqrt(np.einsum("ij,ij->i", some, some))
     known: FloatArray = norms[np.isfinite(norms)]
     return known
+
+
+#: A run of fewer rows is not doubted: it tells nothing, and may be a trial.
+FEWEST_ROWS = 100
+#: Rows of a run that are looked at.
+FEW = 48
+#: rad/s: above it (median), a gyroscope is compared with the accelerometer, in so many rows.
+FAST, PAIRS = 2.0, 2000
+#: The accelerometer shows the turns of the gyroscope as π/180 of them, within these factors.
+DEGREES_RATIO = (0.6, 1.6)
+
+
+def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
+    """What is doubtful about the units of arrays that are to be run, from a few of their rows.
+
+    Parameters
+    ----------
+    gyr, acc : (T, 3) arrays, or anything else, which is not looked at.
+    t : (T,) s, or None.
+    """
+    found = []
+    if _are_rows(acc):
+        wrong = doubt("acc", _some(acc))
+        if wrong is not None:
+            likely = likely_unit("acc", _some(acc))
+            found.append(f"acc: {wrong}" + (f"; it looks like {likely}" if likely else ""))
+    if type(t) is np.ndarray and t.ndim == 1 and len(t) >= FEWEST_ROWS and t[-1] > t[0]:
+        rate = (len(t) - 1) / float(t[-1] - t[0])
+        wrong = doubtful_rate(rate)
+        if wrong is not None:
+            likely = likely_time_unit(rate)
+            found.append(f"t: {wrong}" + (f"; the stamps look like {likely}" if likely else ""))
+    if _are_rows(gyr):
+        wrong = doubt("gyr", _some(gyr))
+        if wrong is not None:
+            found.append(f"gyr: {wrong}; it looks like {likely_unit('gyr', _some(gyr))}")
+        elif type(t) is np.ndarray and looks_like_degrees(gyr, acc, t):
+            found.append("gyr: the accelerometer turns by π/180 of the angular rate, which looks like deg/s")
+    return found
+
+
+def looks_like_degrees(gyr: NDArray[Any], acc: NDArray[Any], t: FloatArray) -> bool:
+    """Whether the accelerometer shows the turns of the gyroscope as π/180 of what they are as rad/s.
+
+    The direction u of the specific force changes by -δ × u while the sensor turns by δ; the factor s of δ is fitted to all
+    rows (least squares), with its standard error. Nothing is said where the turns do not show in the accelerometer.
+    """
+    if not (_are_rows(gyr) and _are_rows(acc) and len(gyr) == len(acc) == len(t)):
+        return False
+    norms = _norms(_some(gyr))
+    if not norms.size or not float(np.median(norms)) > FAST:
+        return False
+    pairs = np.arange(1, len(gyr), max(len(gyr) // PAIRS, 1))
+    known = ~np.isnan(np.hstack([gyr[pairs], acc[pairs], acc[pairs - 1]])).any(axis=1)
+    pairs = pairs[known]
+    if len(pairs) < FEWEST_ROWS:
+        return False
+    before, after = _directions(acc[pairs - 1]), _directions(acc[pairs])
+    turns = np.asarray(gyr[pairs], dtype=np.float64) * (t[pairs] - t[pairs - 1])[:, np.newaxis]
+    shown = np.cross(0.5 * (before + after), turns)
+    energy = float(np.sum(shown * shown))
+    if not energy > 0.0:
+        return False
+    factor = float(np.sum((after - before) * shown)) / energy
+    rest = (after - before) - factor * shown
+    error = math.sqrt(float(np.sum(rest * rest)) / (2 * len(pairs)) / energy)
+    low, high = (part * np.pi / 180.0 for part in DEGREES_RATIO)
+    return low <= factor <= high and error < 0.2 * np.pi / 180.0
+
+
+def _directions(acc: NDArray[Any]) -> FloatArray:
+    norms = np.linalg.norm(acc, axis=1, keepdims=True)
+    return np.asarray(np.divide(acc, norms, out=np.zeros(acc.shape), where=norms > 0.0))
+
+
+def _are_rows(values: Any) -> bool:
+    rows = type(values) is np.ndarray and values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind in "fiu"
+    return rows and len(values) >= FEWEST_ROWS
+
+
+def _some(values: NDArray[Any]) -> NDArray[Any]:
+    return values[:: max(len(values) // FEW, 1)]

@@ -5,21 +5,18 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _axes, _quat
+from ahrs_rs import _atomic, _axes, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
-
-if TYPE_CHECKING:
-    from typing import Self
 
 __all__ = ["Recording", "Stream", "nominal_rate"]
 
@@ -171,6 +168,52 @@ class Recording:
         put(self, "t", clock)
         put(self, "rate", _checked_rate(given_rate, clock))
         return self
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: Any,
+        *,
+        columns: Mapping[str, str | Sequence[str]] | None = None,
+        units: Mapping[str, str] | None = None,
+        axes: str | None = None,
+        sensor: str | None = None,
+        timezone: str | None = None,
+        rate: float | None = None,
+    ) -> Recording:
+        """The recording in a data frame, whose columns are understood as those of a file.
+
+        Parameters
+        ----------
+        frame : DataFrame of pandas (NumPy, nullable and Arrow dtypes) or polars, Table of pyarrow, or a dict of arrays. A time is
+            a column of numbers, dates or durations, or the index of pandas. Columns of vectors are taken too.
+        columns, units, axes, sensor, timezone, rate : as of `ahrs_rs.read`.
+
+        Warns
+        -----
+        DataWarning
+            One, with all that was assumed, repaired, ignored.
+
+        Raises
+        ------
+        ValueError
+            Columns that cannot be understood, units that cannot be, several sensors.
+        TypeError
+            Something that is no data frame.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import ahrs_rs as ar
+        >>> t = np.arange(50) / 100
+        >>> ar.Recording.from_frame({"t (s)": t, **{f"gyr_{axis} (deg/s)": 90.0 * t for axis in "xyz"}})
+        Recording(50 samples, 0.49 s, 100 Hz, gyr, 'data frame')
+        """
+        from ahrs_rs.io import from_frame
+
+        return from_frame(
+            frame, columns=columns, units=units, axes=axes, sensor=sensor, timezone=timezone, rate=rate
+        )
 
     def __getattr__(self, name: str) -> Any:
         # Reached only where a slot is still empty: the rows of `from_streams`, on first use.
@@ -330,12 +373,14 @@ class Recording:
         ------
         ValueError
             If `path` does not end in .npz.
+        OSError
+            What was there is then as it was.
         """
         path = Path(path)
         if path.suffix.lower() != ".npz":
             raise ValueError(f"path: expected a name that ends in .npz, got {path.name!r}")
         meta = json.dumps(self.meta, default=str)
-        with path.open("wb") as file:
+        with _atomic.binary(path) as file:
             np.savez_compressed(file, rate=np.float64(self.rate), meta=np.array(meta), **self._arrays())
 
     def _arrays(self) -> dict[str, Any]:

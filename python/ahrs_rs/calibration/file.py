@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ahrs_rs import _atomic
 from ahrs_rs.recording import Recording
 
 from ._common import CalibrationWarning
@@ -101,7 +102,7 @@ class Calibrations:
         )
         # Rows of numbers stand in one line.
         text = re.sub(r"\[[^][{}]*\]", lambda found: " ".join(found[0].split()).replace("[ ", "["), text)
-        path.write_text(text.replace(" ]", "]") + "\n", encoding="utf-8")
+        _atomic.write_text(path, text.replace(" ]", "]") + "\n")
 
     def to_rust(self) -> str:
         """Rust source with a constant for each sensor (`GYR`, `ACC`, `MAG`), in float32."""
@@ -157,10 +158,15 @@ def get(path: str | os.PathLike[str], sensor: str | None) -> SensorCalibration:
 
 def put(path: str | os.PathLike[str], sensor: str, calibration: SensorCalibration) -> None:
     """Write the calibration of one sensor; the others of an existing file stay."""
+    joined(path, sensor, calibration).save(path)
+
+
+def joined(path: str | os.PathLike[str], sensor: str, calibration: SensorCalibration) -> Calibrations:
+    """The calibrations of a file, if it is there, with that of one sensor replaced or added."""
     _check_sensor(sensor)
     before = load(path) if Path(path).exists() else Calibrations()
     replaced: dict[str, Any] = {sensor: calibration}
-    dataclasses.replace(before, **replaced).save(path)
+    return dataclasses.replace(before, **replaced)
 
 
 def _check_sensor(sensor: str) -> None:

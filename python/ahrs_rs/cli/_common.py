@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import itertools
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -14,12 +15,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io, metrics
+from ahrs_rs import _atomic, io, metrics
 from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
 Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+#: Outputs, each with a function that writes it to the path that it is given.
+Writers: TypeAlias = dict[Path, Callable[[Path], object]]
 
 
 class CliError(Exception):
@@ -269,14 +272,45 @@ def positive(text: str) -> float:
     return number
 
 
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path] = ()) -> None:
+    """`check_output` of the paths of several options, which are not to be one file."""
+    inputs = list(inputs)
+    given = [(option, path) for option, path in outputs.items() if path is not None]
+    for option, path in given:
+        check_output(path, option, inputs)
+    for (first, path), (second, other) in itertools.combinations(given, 2):
+        if _same_file(path, other):
+            raise CliError(f"{first} and {second}: expected two files, got {other} twice")
+
+
+def _same_file(path: Path, other: Path) -> bool:
+    if path.resolve() == other.resolve():
+        return True
+    return path.exists() and other.exists() and path.samefile(other)
+
+
+def write_all(writers: Writers, folder: Path | None = None) -> None:
+    """The files of a command: none of them changes if one cannot be written.
+
+    A folder is made where it is not there.
+    """
+    with _atomic.Together() as files:
+        if folder is not None:
+            files.folder(folder)
+        for path, write in writers.items():
+            with files.replacing(path) as beside:
+                write(beside)
+
+
 def check_output(path: Path, option: str, inputs: Iterable[Path] = ()) -> None:
     """Raise a `CliError`, before anything is computed, where a file cannot be written to the path."""
     if path.is_dir():
         raise CliError(f"{option}: {path} is a directory")
     if not path.parent.is_dir():
         raise CliError(f"{option}: {path}: there is no directory {path.parent}")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise CliError(f"{option}: {path} cannot be written: permission denied")
+    for one in (path, path.resolve().parent):  # a file is replaced, which is to change its folder
+        if one.exists() and not os.access(one, os.W_OK):
+            raise CliError(f"{option}: {path} cannot be written: permission denied")
     for given in inputs:
         if path.exists() and given.exists() and path.samefile(given):
             raise CliError(f"{option}: {path} is the recording itself")

@@ -7,16 +7,18 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import calibration, io, plots
+from ahrs_rs import _atomic, calibration, io, plots
 from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
+from ahrs_rs.calibration.file import joined
 from ahrs_rs.cli import _common
-from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.cli._common import CliError, Commands, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
@@ -168,10 +170,7 @@ def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], cali
     print(found.summary())
     for one in caught:
         print(f"note       {one.message}")
-    _write(args, found.calibration)
-    if args.plot is not None:
-        plots.save(figure(readings, found, args.sensor), args.plot)
-        print(f"wrote      {args.plot}")
+    _write(args, found.calibration, lambda path: plots.save(figure(readings, found, args.sensor), path))
     return 0
 
 
@@ -305,36 +304,42 @@ def write_sources(args: argparse.Namespace) -> int:
         raise CliError("expected --rust FILE or --c-header FILE")
     args.output = None
     _check_outputs(args)
-    _sources(args, calibration.load(args.file))
+    _write_all(_sources(args, calibration.load(args.file)))
     return 0
 
 
-def _sources(args: argparse.Namespace, calibrations: Calibrations) -> None:
-    for path, text in ((args.rust, Calibrations.to_rust), (args.c_header, Calibrations.to_c)):
-        if path is not None:
-            path.write_text(text(calibrations), encoding="utf-8")
-            print(f"wrote      {path}")
+def _sources(args: argparse.Namespace, calibrations: Calibrations) -> Writers:
+    """What writes the source code that is asked for."""
+    texts = [(args.rust, Calibrations.to_rust), (args.c_header, Calibrations.to_c)]
+    return {path: partial(_atomic.write_text, content=text(calibrations)) for path, text in texts if path is not None}
 
 
-def _write(args: argparse.Namespace, found: Calibration) -> None:
+def _write(args: argparse.Namespace, found: Calibration, draw: Callable[[Path], object] | None = None) -> None:
+    outputs: Writers = {}
     if args.output is not None:
-        found.save(args.output, args.sensor)
-        print(f"wrote      {args.output}")
-    _sources(args, Calibrations(**{args.sensor: found}))
+        outputs[args.output] = joined(args.output, args.sensor, found).save
+    outputs |= _sources(args, Calibrations(**{args.sensor: found}))
+    if draw is not None and args.plot is not None:
+        outputs[args.plot] = draw
+    _write_all(outputs)
+
+
+def _write_all(outputs: Writers) -> None:
+    _common.write_all(outputs)
+    for path in outputs:
+        print(f"wrote      {path}")
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
     inputs = getattr(args, "files", None) or [args.file]
-    for path, option in ((args.output, "-o"), (args.rust, "--rust"), (args.c_header, "--c-header")):
-        if path is not None:
-            _common.check_output(path, option, inputs)
+    outputs = {"-o": args.output, "--rust": args.rust, "--c-header": args.c_header}
+    _common.check_outputs(outputs | {"--plot": getattr(args, "plot", None)}, inputs)
     if args.output is not None:
         if args.output.suffix.lower() != ".json":
             raise CliError(f"-o: expected a name that ends in .json, got {args.output.name!r}")
         if args.output.exists():
             calibration.load(args.output)  # what is no calibration is not written over
     if getattr(args, "plot", None) is not None:
-        _common.check_output(args.plot, "--plot", inputs)
         plots.require_matplotlib()
         try:
             plots.check_ending(args.plot)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io, metrics, plots
+from ahrs_rs import _atomic, io, metrics, plots
 from ahrs_rs._progress import progress_bar
 from ahrs_rs.cli import _common, calibrate
-from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
+from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
@@ -91,10 +91,12 @@ def compare(args: argparse.Namespace) -> int:
 
     count = len({result.file for result in comparison.results})
     rows = comparison.means() + (comparison.results if args.per_file else [])
+    outputs: Writers = {}
     if args.csv is not None:
-        write_csv(args.csv, rows)
+        outputs[args.csv] = lambda path: write_csv(path, rows)
     if args.plot is not None:
-        plots.save(comparison.figure(), args.plot)
+        outputs[args.plot] = lambda path: plots.save(comparison.figure(), path)
+    _common.write_all(outputs)
     print(table(rows, count, aligned=bool(comparison.aligner)))
     _print_end(args, comparison, count)
     return 0
@@ -149,17 +151,13 @@ def choose_all(names: str, preset: str | None, texts: Sequence[str]) -> list[Cho
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
-    if args.csv is not None:
-        _common.check_output(args.csv, "--csv", args.files)
+    _common.check_outputs({"--csv": args.csv, "--plot": args.plot}, args.files)
     if args.plot is not None:
-        _common.check_output(args.plot, "--plot", args.files)
         plots.require_matplotlib()
         try:
             plots.check_ending(args.plot)
         except ValueError as error:
             raise CliError(f"--plot: {str(error).removeprefix('path: ')}") from None
-        if args.csv is not None and args.csv.resolve() == args.plot.resolve():
-            raise CliError(f"--csv and --plot: expected two files, got {args.csv} twice")
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,7 +309,7 @@ def table(rows: Sequence[Result], files: int, *, aligned: bool = False) -> str:
 
 def write_csv(path: Path, rows: Sequence[Result]) -> None:
     """The results as a CSV file with full precision; a mean over the files has no name in `file`."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with _atomic.text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([field.name for field in fields(Result)])
         writer.writerows(astuple(row) for row in rows)

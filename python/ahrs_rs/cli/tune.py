@@ -162,11 +162,7 @@ def _recording(path: Path, args: argparse.Namespace, settings: Settings) -> Reco
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
-    for path, option in ((args.output, "-o"), (args.checkpoint, "--checkpoint")):
-        if path is not None:
-            _common.check_output(path, option, args.files)
-    if args.output is not None and args.checkpoint is not None and args.output.resolve() == args.checkpoint.resolve():
-        raise CliError(f"-o and --checkpoint: expected two files, got {args.output} twice")
+    _common.check_outputs({"-o": args.output, "--checkpoint": args.checkpoint}, args.files)
 
 
 def _params(cls: type[Filter], texts: Sequence[str]) -> dict[str, Any] | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ._contents import SensorInfo
 from ._estimate import write_estimate
-from ._read import formats, read, read_all, sensors
+from ._read import formats, from_frame, read, read_all, sensors
 
 if TYPE_CHECKING:
     from ._registry import FORMATS
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMATS","SensorInfo",
     "formats",
+    "from_frame",
     "read",
     "read_all",
     "sensors",

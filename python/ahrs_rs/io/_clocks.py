@@ -22,7 +22,8 @@ def ordered(t: FloatArray, repairs: list[str], name: str = "t") -> tuple[FloatAr
     3. A single stamp far ahead of both neighbours takes the time before it.
     4. A far fall that the next stamps do not make good is a clock that started anew: the stamps from there on
        are shifted, so that they continue with the median step.
-    5. What then still decreases is sorted; where stamps were missing, it holds the time before it.
+    5. A stamp that is then still far behind holds the time before it; the others are sorted. Where stamps were missing, all
+       that decrease hold the time before.
 
     Parameters
     ----------
@@ -69,12 +70,13 @@ def ordered(t: FloatArray, repairs: list[str], name: str = "t") -> tuple[FloatAr
         repairs.append(f"{name}: clock restarts {restarts.size} times, first at index {restarts[0]}; continued")
 
     falls = np.flatnonzero(np.diff(t) < 0) + 1
-    if falls.size and complete:
-        return _sorted(t, repairs, name)
-    if falls.size:
-        t = np.maximum.accumulate(t)
-        repairs.append(f"{name}: decreases {falls.size} times, first at index {falls[0]}; the time before is held")
-    return t, None
+    highest = np.maximum.accumulate(t)
+    held = (highest - t > JITTER_STEPS * step) if complete else t < highest
+    if falls.size and held.any():
+        first = int(np.argmax(held))
+        t = np.where(held, highest, t)
+        repairs.append(f"{name}: decreases {int(held.sum())} times, first at index {first}; the time before is held")
+    return _sorted(t, repairs, name) if (np.diff(t) < 0).any() else (t, None)
 
 
 def _late(t: FloatArray, step: float) -> bool:

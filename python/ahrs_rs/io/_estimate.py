@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import metrics
+from .. import _atomic, metrics
 from ._contents import require
 
 Arrays = dict[str, NDArray[Any]]
@@ -54,6 +54,8 @@ def write_estimate(
     ------
     ValueError
         Another ending, or a wrong shape.
+    OSError
+        What was there is then as it was.
     """
     path = Path(path)
     writer = WRITERS.get(path.suffix.lower())
@@ -84,7 +86,7 @@ def _columns(arrays: Arrays) -> Arrays:
 
 def _write_csv(path: Path, arrays: Arrays) -> None:
     columns = _columns(arrays)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with _atomic.text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
@@ -93,12 +95,13 @@ def _write_csv(path: Path, arrays: Arrays) -> None:
 def _write_parquet(path: Path, arrays: Arrays) -> None:
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     columns = {name: np.ascontiguousarray(column) for name, column in _columns(arrays).items()}
-    parquet.write_table(pa.table(columns), path)
+    with _atomic.replacing(path) as beside:
+        parquet.write_table(pa.table(columns), beside)
 
 
 def _write_npz(path: Path, arrays: Arrays) -> None:
     contents: dict[str, Any] = dict(arrays)
-    with path.open("wb") as file:
+    with _atomic.binary(path) as file:
         np.savez_compressed(file, **contents)
 
 

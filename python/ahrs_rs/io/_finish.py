@@ -13,7 +13,7 @@ from .. import _plausible
 from ..recording import Recording, Stream
 from ._clocks import ordered
 from ._contents import FloatArray, Options, SensorData
-from ._units import conversion, unit_key
+from ._units import SIZELESS, conversion, unit_key
 
 #: A reference quaternion whose norm differs from 1 by no more than this is kept as recorded (rounding to 3
 #: decimals); up to the second value it is normalised; beyond, it is no orientation but a mark of a lost one.
@@ -23,9 +23,6 @@ NORM_KEPT, NORM_MENDED = 1e-3, 0.1
 ROWS = ("gyr", "acc", "mag", "ref", "mask", "temperature")
 ORIENTATIONS = ("ref", "device_quat")
 VECTORS = ("gyr", "acc", "mag")
-#: Units that say nothing about the size of a reading (see `_units`).
-SIZELESS = frozenset({"au", "norm", "normalised", "normalized", "raw", "counts", "count", "lsb", "localflux", "nounits"})
-
 Times = dict[int, tuple[FloatArray, NDArray[np.intp] | None]]
 
 
@@ -55,12 +52,9 @@ def finish(data: SensorData, path: str, format: str, options: Options, *, conver
     _leave_out_empty(data)
     if not any(len(values) for _, values in data.streams.values()):
         raise ValueError("has no samples")
-    streams = _in_order(data)
-    _doubt_readings(streams, data, options)
     meta.update(path=path, format=format)
-    made = _recording(streams, data)
-    if len(made) > 2 and options.rate is None and "t" not in (options.units or {}):
-        _doubt_rate(made.rate)
+    made = _recording(_in_order(data), data)
+    _refuse_implausible(made, data, options)
     return made
 
 
@@ -135,14 +129,17 @@ def _in_order(data: SensorData) -> dict[str, Stream]:
         if t is None:
             if data.rate is None or not data.rate > 0:
                 raise ValueError("has no times (t) and no sampling rate: give rate= (--rate)")
-            times.setdefault(-len(values), (np.arange(len(values)) / data.rate, None))
-            clock, order = times[-len(values)]
+            times.setdefault(0, (np.arange(len(values)) / data.rate, None))  # 0: no id of an array
+            clock, order = times[0]
         else:
             if id(t) not in times:
                 array = np.asarray(t, dtype=np.float64)
                 times[id(t)] = ordered(array, data.meta["repairs"], "t" if shared else f"{name}.t")
             clock, order = times[id(t)]
         rows = values if order is None else values[order]
+        if len(rows) != len(clock):
+            shape = ", ".join(map(str, (len(clock), *rows.shape[1:])))
+            raise ValueError(f"{name}: expected shape ({shape}{',' if rows.ndim == 1 else ''}), got {rows.shape}")
         try:
             made[name] = Stream(clock, rows)
         except ValueError as error:
@@ -162,44 +159,63 @@ def _recording(streams: dict[str, Stream], data: SensorData) -> Recording:
     return Recording(t=clock, rate=rate, meta=data.meta, others=others, **rows)
 
 
-def _doubt_readings(streams: dict[str, Stream], data: SensorData, options: Options) -> None:
-    """An error where a sensor's readings are none of an inertial sensor in the unit that they are taken for."""
-    units = data.meta.get("units", {})
+def _refuse_implausible(made: Recording, data: SensorData, options: Options) -> None:
+    """An error where readings or stamps are none of an inertial sensor in the unit that they are taken for.
+
+    What the user stated is believed. A magnetometer without a likely unit is only doubted: filters use its direction.
+    """
+    stated = set(options.units or ())
+    found: list[tuple[str, str, str | None]] = []
     for name in VECTORS:
-        values = streams[name].values if name in streams else None
-        if values is None or values.ndim != 2 or values.shape[1] != 3:
-            continue
-        if name in (options.units or {}) or unit_key(str(units.get(name, ""))) in SIZELESS:
-            continue
-        if name == "mag" and _plausible.is_normalised(values):
-            data.meta["units"] = {**units, "mag": "normalised"}
-            data.say("assumed", "mag: its norm is about 1, taken as normalised by the local field")
-            continue
-        wrong = _plausible.doubt(name, values)
+        wrong = None if name in stated else _doubtful(name, made.streams, data)
         if wrong is not None:
-            likely = _plausible.likely_unit(name, values)
-            raise ValueError(f"{name}: {wrong}{_remedy(name, likely, str(units.get(name, '')))}")
+            found.append((name, *wrong))
+    if len(made) > 2 and options.rate is None and "t" not in stated and data.rate is None:
+        wrong_rate = _plausible.doubtful_rate(made.rate)
+        if wrong_rate is not None:
+            found.append(("t", wrong_rate, _plausible.likely_time_unit(made.rate)))
+    if found:
+        raise ValueError(_refusal(found, data.meta.get("units", {})))
+    unit = data.meta.get("assumed_units", {}).get("gyr")
+    if unit and "acc" in made.streams and made.gyr is not None and made.acc is not None:
+        if _plausible.looks_like_degrees(made.gyr, made.acc, made.t):
+            data.say(
+                "doubts",
+                "gyr: the accelerometer turns by π/180 of the angular rate, which looks like deg/s: units={'gyr': 'deg/s'} "
+                "(--units gyr=deg/s)",
+            )
 
 
-def _remedy(name: str, likely: str | None, stated: str) -> str:
-    """Which option settles a doubt about a unit."""
-    if likely is None and name == "acc":
-        return (
-            "; is it without gravity (linear acceleration)? Name another column, or state its unit: "
-            "units={'acc': 'm/s2'} (--units acc=m/s2)"
-        )
-    unit = likely or stated or {"gyr": "rad/s", "mag": "uT"}.get(name, "m/s2")
-    looks = f"; it looks like {likely}: give" if likely else "; if it is right, state its unit:"
-    return f"{looks} units={{{name!r}: {unit!r}}} (--units {name}={unit})"
+def _doubtful(name: str, streams: Mapping[str, Stream], data: SensorData) -> tuple[str, str | None] | None:
+    """What is wrong with the readings of a sensor, and the unit that they look like."""
+    units = data.meta.get("units", {})
+    values = streams[name].values if name in streams else None
+    if values is None or unit_key(str(units.get(name, ""))) in SIZELESS:
+        return None
+    if name == "mag" and _plausible.is_normalised(values):
+        data.meta["units"] = {**units, "mag": "normalised"}
+        data.say("assumed", "mag: its norm is about 1, taken as normalised by the local field")
+        return None
+    wrong = _plausible.doubt(name, values)
+    if wrong is None:
+        return None
+    likely = _plausible.likely_unit(name, values)
+    if name == "mag" and likely is None:
+        data.say("doubts", f"mag: {wrong}: only its direction can be relied on")
+        return None
+    return wrong, likely
 
 
-def _doubt_rate(rate: float) -> None:
-    wrong = _plausible.doubtful_rate(rate)
-    if wrong is not None:
-        likely = _plausible.likely_time_unit(rate)
-        looks = f"; the stamps look like {likely}: give" if likely else "; if it is right, state the unit of the stamps:"
-        unit = likely or "s"
-        raise ValueError(f"t: {wrong}{looks} units={{'t': {unit!r}}} (--units t={unit})")
-
-
-
+def _refusal(found: list[tuple[str, str, str | None]], units: Mapping[str, str]) -> str:
+    """What is wrong, and the option that settles it."""
+    own = {"acc": "m/s2", "gyr": "rad/s", "mag": "uT", "t": "s"}
+    said, settled = [], {}
+    for name, wrong, likely in found:
+        looks = f", it looks like {likely}" if likely else ""
+        if name == "acc" and likely is None:
+            looks = ", unless it is without gravity (linear acceleration)"
+        said.append(f"{name}: {wrong}{looks}")
+        settled[name] = likely or own[name]
+    cli = ",".join(f"{name}={unit}" for name, unit in settled.items())
+    how = "give" if all(likely for _, _, likely in found) else "if it is right, state the unit:"
+    return f"{'; '.join(said)}; {how} units={settled} (--units {cli})"

@@ -74,6 +74,8 @@ def read(
     Raises
     ------
     FileNotFoundError
+    IsADirectoryError
+        A folder that is none of a known device.
     ValueError
         An empty or damaged file; an unknown format, unit or set of columns; several sensors; readings that no inertial
         sensor gives. One line, with the path and the option that settles it.
@@ -97,6 +99,25 @@ def read(
     except ValueError as error:
         raise ValueError(f"{source.path}: {error}") from error
     _tell(recording)
+    return recording
+
+
+def from_frame(
+    frame: Any,
+    *,
+    columns: Mapping[str, str | Sequence[str]] | None = None,
+    units: Mapping[str, str] | None = None,
+    axes: str | None = None,
+    sensor: str | None = None,
+    timezone: str | None = None,
+    rate: float | None = None,
+) -> Recording:
+    """The recording in a data frame; see `Recording.from_frame`."""
+    from ._frame import recording_of_frame
+
+    options = _options(None, columns, units, axes, None, None, None, sensor, timezone, rate)
+    recording = recording_of_frame(frame, options)
+    _tell(recording, stacklevel=4)
     return recording
 
 
@@ -216,9 +237,12 @@ def _named(source: Source, format: str | None) -> str:
     if claimed is not None and name in (None, "csv", "repoimu"):
         raise ValueError(f"{source.path}: is damaged: its first bytes are not those of a {ending} file")
     if name is None:
-        inside = ", ".join(source.names[:6]) + (", ..." if len(source.names) > 6 else "")
-        what = f"a folder of no known device, with {inside or 'no file'}: give one of its files" if source.names or source.is_folder else "of no known format"
-        raise ValueError(f"{source.path}: is {what}; known are {', '.join(known)}")
+        if source.names or source.is_folder:
+            inside = ", ".join(source.names[:6]) + (", ..." if len(source.names) > 6 else "")
+            message = f"{source.path}: expected a file, got a directory of no known device (with {inside or 'no file'})"
+            raise IsADirectoryError(message) if source.is_folder else ValueError(message)
+        listed = ", ".join(f"{key} ({one.title})" for key, one in known.items())
+        raise ValueError(f"{source.path}: is of no known format; known are {listed}")
     return name
 
 
@@ -264,10 +288,10 @@ def told(recording: Recording) -> list[str]:
     return sentences
 
 
-def _tell(recording: Recording) -> None:
+def _tell(recording: Recording, stacklevel: int = 3) -> None:
     sentences = told(recording)
     if sentences:
-        warnings.warn(f"{recording.meta['path']}: {'; '.join(sentences)}", DataWarning, stacklevel=3)
+        warnings.warn(f"{recording.meta['path']}: {'; '.join(sentences)}", DataWarning, stacklevel=stacklevel)
 
 
 def _counted(name: str, data: SensorData) -> SensorInfo:

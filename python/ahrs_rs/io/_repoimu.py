@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _text
+from ._preamble import Layout, cells, head_lines, table_width
 from ._contents import Options, SensorData
 from ._source import Source
+from ._text import read_columns
 
 SEPARATOR = ";"
 
@@ -40,15 +41,15 @@ def sniff(source: Source) -> bool:
 
 def load(source: Source, options: Options) -> dict[str, SensorData]:
     """Read a RepoIMU recording; where the truth is held in some rows, `mask` leaves them out."""
-    lines = _text.head_lines(source)
+    lines = head_lines(source)
     if len(lines) < 3 or not lines[2]:
         raise ValueError("has a header, but no rows")
-    header, labels, first_row = (_text.cells(line, SEPARATOR) for line in lines[:3])
+    header, labels, first_row = (cells(line, SEPARATOR) for line in lines[:3])
     labels += [""] * (len(header) - len(labels))
     indices = {field: _group(header, labels, *group) for field, group in GROUPS.items()}
     names = {i: f"{header[group[0]]} {labels[i]}".strip() for group in indices.values() for i in group}
-    width = _text.table_width(labels, first_row)
-    columns, repairs = _text.read_columns(source, SEPARATOR, 2, width, names)
+    width = table_width(labels, first_row)
+    columns, repairs = read_columns(source, Layout(SEPARATOR, ".", start=2, width=width), names)
     arrays: dict[str, Any] = {
         field: np.column_stack([columns[i] for i in group]) if len(group) > 1 else columns[group[0]]
         for field, group in indices.items()

@@ -72,6 +72,8 @@ class Source:
             raise FileNotFoundError(f"{path}: no such file")
         if path.is_dir():
             return cls(str(path), disk=path)
+        if not path.is_file():  # a pipe, of which every byte comes once
+            return cls._unpacked(str(path), path.read_bytes())
         with path.open("rb") as file:
             packed = file.read(2) == GZIP
         return cls._unpacked(str(path), path.read_bytes()) if packed else cls(str(path), disk=path)
@@ -204,8 +206,12 @@ class Source:
                     shutil.copyfileobj(packed, out)
             yield Path(folder)
 
-    def _archive(self) -> zipfile.ZipFile:
-        try:
-            return zipfile.ZipFile(self.open())
-        except _DAMAGED as error:
-            raise ValueError(f"is not a readable zip archive: {one_line(error)}") from error
+    @contextlib.contextmanager
+    def _archive(self) -> Iterator[zipfile.ZipFile]:
+        with self.open() as stream:
+            try:
+                archive = zipfile.ZipFile(stream)
+            except _DAMAGED as error:
+                raise ValueError(f"is not a readable zip archive: {one_line(error)}") from error
+            with archive:
+                yield archive

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_rs import _atomic
 from ahrs_rs._filter import Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.tuning._space import Value
@@ -73,7 +74,7 @@ class Tuned:
         for part in ("train", "test"):
             data[part] = _written(getattr(self, part), names)
         data["history"] = self.history
-        Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        _atomic.write_text(path, json.dumps(data, indent=1) + "\n")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Tuned:
