@@ -208,7 +208,7 @@ class TestPhyphox:
         assert "without gravity only" in said[0]
 
 
-def test_a_folder_of_no_known_device_is_refused_with_what_to_do(tmp_path: Path) -> None:
+def test_a_folder_of_no_known_device_is_refused_by_what_is_in_it(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("nothing")
-    with pytest.raises(ValueError, match=r"is a folder of no known device, with notes.txt: give one of its files"):
+    with pytest.raises(IsADirectoryError, match=r"got a directory of no known device \(with notes.txt\)"):
         ar.read(tmp_path)

@@ -1,7 +1,7 @@
 """Axivity's AX6 (and AX3, which has no gyroscope): .cwa, through cwa-reader-rs.
 
 g and deg/s as the device scaled them, neither filtered nor resampled; times by the device's clock (without a time
-zone), to which the reader ties each block of 40 samples. The library takes a block with a wrong checksum for a good
+zone), to which the library ties each block of 40 samples. The library takes a block with a wrong checksum for a good
 one, and refuses a file that ends within a block: both are seen to here.
 """
 
@@ -47,6 +47,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     if not len(stamps):
         raise ValueError("is an Axivity file without samples")
     t = ((stamps - stamps.min()) / 1e9).astype(np.float64)
+    t = _with_gaps(t, content[HEADER:whole], data)
     for stream, (prefix, factor) in GROUPS.items():
         names = [f"{prefix}_{axis}" for axis in "xyz"]
         if set(names) <= set(values):
@@ -93,6 +94,35 @@ def _described(about: dict[str, Any], first: int) -> dict[str, Any]:
     }
     begin = datetime.datetime(1970, 1, 1) + datetime.timedelta(microseconds=first // 1000)
     return {"info": info | {"device_clock_at_start": begin.isoformat()}, "clock": "of the device, local time"}
+
+
+def _with_gaps(t: FloatArray, blocks: bytes, data: SensorData) -> FloatArray:
+    """Times with the gaps that lost blocks leave, by the blocks' sequence numbers.
+
+    Over a gap of up to about a second the library stretches the block after it back to the block before, so that there is none; the
+    end of the stretched block is right.
+    """
+    held = np.frombuffer(blocks, dtype=np.uint8).reshape(-1, BLOCK)
+    held = held[(held[:, 0] == ord("A")) & (held[:, 1] == ord("X"))]
+    counts = held[:, 28:30].copy().view("<u2")[:, 0].astype(np.int64)
+    numbers = held[:, 10:14].copy().view("<u4")[:, 0].astype(np.int64)
+    missing = np.diff(numbers) - 1
+    gaps = np.flatnonzero(missing > 0)
+    if not gaps.size:
+        return t
+    if counts.sum() != len(t):
+        data.say("doubts", "blocks are missing by their numbers, and which readings come before them is not known")
+        return t
+    data.say("lost", f"{int(missing[gaps].sum())} blocks by their sequence numbers; they are gaps in time")
+    step = float(np.median(np.diff(t)))
+    ends = np.cumsum(counts)
+    out = t.copy()
+    for after in gaps + 1:
+        count, end = int(counts[after]), int(ends[after])
+        if count > 1:
+            until = t[end] if end < len(t) else t[end - 1] + (t[end - 1] - t[end - 2])
+            out[end - count : end] = until - step * np.arange(count, 0, -1)
+    return out
 
 
 def _doubt_blocks(blocks: bytes, data: SensorData) -> None:
