@@ -99,8 +99,8 @@ def _described(about: dict[str, Any], first: int) -> dict[str, Any]:
 def _with_gaps(t: FloatArray, blocks: bytes, data: SensorData) -> FloatArray:
     """Times with the gaps that lost blocks leave, by the blocks' sequence numbers.
 
-    Over a gap of up to about a second the library stretches the block after it back to the block before, so that there is none; the
-    end of the stretched block is right.
+    Over a gap of up to about a second the library stretches the block after it back to the block before, so that there
+    is none; the end of the stretched block is right.
     """
     held = np.frombuffer(blocks, dtype=np.uint8).reshape(-1, BLOCK)
     held = held[(held[:, 0] == ord("A")) & (held[:, 1] == ord("X"))]

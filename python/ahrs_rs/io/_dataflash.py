@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from . import _attitude
 from ._contents import FloatArray, Options, SensorData, SensorInfo, require
-from ._library import quiet, refuse, understood
+from ._library import quiet_native, refuse, understood
 from ._source import Source
 
 HEAD = b"\xa3\x95\x80"
@@ -38,14 +38,30 @@ class _Log:
 
     def __init__(self, path: str) -> None:
         reader = require("pymavlink.DFReader", extra="mavlink")
-        with quiet() as printed:
-            self._log = reader.DFReader_binary(path)
-        self.damaged = "bad header" in printed.getvalue().lower() or "corrupt" in printed.getvalue().lower()
+        self._log = reader.DFReader_binary.__new__(reader.DFReader_binary)
+        try:
+            with quiet_native() as printed:
+                self._log.__init__(path)
+        except BaseException:
+            self.close()
+            raise
+        self.damaged = any(word in printed.getvalue() for word in ("bad header", "unknown msg", "corrupt"))
         self._formats = {form.name: form for form in self._log.formats.values()}
         self.size = self._log.data_len
 
     def close(self) -> None:
-        self._log.close()
+        """Close the file, also where the library had opened it and then failed."""
+        for name in ("data_map", "filehandle"):
+            if hasattr(self._log, name):
+                getattr(self._log, name).close()
+
+    @property
+    def cut(self) -> bool:
+        """Whether the log ends within a message."""
+        lengths = {form.type: form.len for form in self._formats.values()}
+        ends = [found[-1] + lengths.get(kind, 0) for kind, found in enumerate(self._log.offsets) if len(found)]
+        end = max(ends, default=0)
+        return end > self.size or bytes(self._log.data_map[end : end + 2]) == HEAD[:2]
 
     def __contains__(self, name: str) -> bool:
         return name in self._formats and bool(self._log.counts[self._formats[name].type])
@@ -113,12 +129,14 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
         log = _Log(str(path))
         try:
             sensors = _sensors(log, options.sensor)
-            damaged = log.damaged
+            damaged, cut = log.damaged, log.cut
         finally:
             log.close()
     for data in sensors.values():
         if damaged:
             data.say("lost", "the log is damaged in places; what lies between them was read")
+        if cut:
+            data.say("lost", "the log is cut off within a message; what came before was read")
     return sensors
 
 

@@ -106,8 +106,8 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
 def _payloads(stamps: FloatArray, counts: Any, totals: Any) -> tuple[FloatArray, FloatArray]:
     """Start and length of each payload, s, from the library's stamps of the gyroscope's rows.
 
-    The library spreads all rows evenly, over a lost payload too. TSMP, the running total, tells what was lost before a payload: it and
-    all later ones start as much later.
+    The library spreads all rows evenly, over a lost payload too. TSMP, the running total, tells what was lost before a
+    payload: it and all later ones start as much later.
     """
     if int(counts.sum()) != len(stamps):
         raise ValueError(f"is damaged: {int(counts.sum())} rows of the gyroscope and {len(stamps)} stamps")

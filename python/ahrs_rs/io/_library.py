@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import importlib.metadata
 import io
+import os
+import tempfile
 from collections.abc import Iterator
 
 from ._contents import one_line
@@ -40,6 +42,28 @@ def quiet() -> Iterator[io.StringIO]:
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
         yield text
+
+
+@contextlib.contextmanager
+def quiet_native() -> Iterator[io.StringIO]:
+    """The same for a library of machine code, which writes past Python: the streams themselves go to a file."""
+    text = io.StringIO()
+    with quiet() as printed, tempfile.TemporaryFile() as file:
+        kept = []
+        try:
+            for stream in (1, 2):
+                kept.append((stream, os.dup(stream)))
+                os.dup2(file.fileno(), stream)
+        except OSError:  # a program without these streams has none to keep quiet
+            pass
+        try:
+            yield text
+        finally:
+            for stream, copy in kept:
+                os.dup2(copy, stream)
+                os.close(copy)
+            file.seek(0)
+            text.write(printed.getvalue() + file.read().decode(errors="replace"))
 
 
 def shortened(text: str, length: int = 300) -> str:

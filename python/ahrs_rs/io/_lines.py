@@ -23,20 +23,23 @@ UNREADABLE = 0.01
 
 
 def utf8(content: bytes) -> bytes:
-    """UTF-8 without a byte-order mark, of UTF-8 or UTF-16."""
+    """UTF-8 without a byte-order mark, of UTF-8, UTF-16 or what can only be Latin-1."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16", errors="replace").encode()
-    return content.removeprefix(b"\xef\xbb\xbf")
+    content = content.removeprefix(b"\xef\xbb\xbf")
+    try:
+        content.decode()
+    except UnicodeDecodeError:
+        return content.decode("latin-1").encode()
+    return content
 
 
 def head_lines(content: bytes) -> list[str]:
     """The first lines of a file, the last of them perhaps not whole; Latin-1 where it is not UTF-8."""
-    head = utf8(content[:HEAD_BYTES])
-    try:
-        text = head.decode()
-    except UnicodeDecodeError:
-        text = head.decode("latin-1")
-    return re.split("\r\n|\n|\r", text)
+    head = content[:HEAD_BYTES]
+    if len(content) > HEAD_BYTES:  # a character may be cut in two
+        head = head[: max(head.rfind(b"\n") + 1, 0) or HEAD_BYTES]
+    return re.split("\r\n|\n|\r", utf8(head).decode())
 
 
 def is_text(head: bytes) -> bool:
@@ -129,8 +132,7 @@ def read_table(
             parse_options=pa_csv.ParseOptions(delimiter=separator, invalid_row_handler=ragged),
             convert_options=pa_csv.ConvertOptions(
                 include_columns=[labels[index] for index in wanted],
-                column_types={labels[index]: pa.binary() for index in wanted},
-                check_utf8=False,
+                column_types={labels[index]: pa.string() for index in wanted},
                 strings_can_be_null=False,
             ),
         )
@@ -175,9 +177,7 @@ def _width(names: Sequence[str], first: Sequence[str]) -> int:
 
 def _numbers(pa: Any, column: Any, name: str, decimal: str, exact: bool, repairs: list[str]) -> NDArray[Any]:
     compute = require("pyarrow.compute")
-    text = compute.ascii_trim_whitespace(column.cast(pa.string(), safe=False)) if _is_utf8(pa, column) else None
-    if text is None:
-        return _slowly([bytes(cell.as_py() or b"") for cell in column], name, decimal, repairs)
+    text = compute.ascii_trim_whitespace(column)
     if decimal != ".":
         text = compute.replace_substring(text, decimal, ".")
     missing = pa.array([*require("pyarrow.csv").ConvertOptions().null_values, *MISSING])
@@ -190,38 +190,24 @@ def _numbers(pa: Any, column: Any, name: str, decimal: str, exact: bool, repairs
     try:
         return np.asarray(text.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
     except pa.ArrowInvalid:
-        return _slowly([str(cell).encode() for cell in text.to_pylist()], name, decimal, repairs)
+        return _slowly(text.to_pylist(), name, repairs)
 
 
-def _is_utf8(pa: Any, column: Any) -> bool:
-    try:
-        column.cast(pa.string())
-    except pa.ArrowInvalid:
-        return False
-    return True
-
-
-def _slowly(found: list[bytes], name: str, decimal: str, repairs: list[str]) -> FloatArray:
+def _slowly(found: list[str | None], name: str, repairs: list[str]) -> FloatArray:
     """Cell by cell, where some are no numbers."""
     out = np.full(len(found), np.nan)
     bad: list[int] = []
-    blank = {one.encode() for one in (*MISSING, "", "NaN", "nan", "NA", "N/A", "n/a", "null", "NULL")}
     for index, cell in enumerate(found):
-        cell = cell.strip()
         try:
-            out[index] = float(cell.replace(decimal.encode(), b"."))
+            out[index] = float(cell) if cell is not None else np.nan
         except ValueError:
-            if cell not in blank:
-                bad.append(index)
+            bad.append(index)
     if len(bad) > max(UNREADABLE * len(found), 1):
-        shown = found[bad[0]].decode("latin-1")[:40]
-        raise ValueError(
-            f"column {name!r}: {len(bad)} of {len(found)} cells are no numbers, first {shown!r} in row {bad[0] + 1}"
-        )
+        first = f"first {found[bad[0]]!r:.40} in row {bad[0] + 1}"
+        raise ValueError(f"column {name!r}: {len(bad)} of {len(found)} cells are no numbers, {first}")
     if bad:
-        repairs.append(
-            f"column {name!r}: {len(bad)} cells that are no numbers taken for missing, first in row {bad[0] + 1}"
-        )
+        first = f"first in row {bad[0] + 1}"
+        repairs.append(f"column {name!r}: {len(bad)} cells that are no numbers taken for missing, {first}")
     return out
 
 

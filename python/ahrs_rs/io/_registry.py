@@ -22,6 +22,7 @@ from . import (
     _ros,
     _sensorlogger,
     _shimmer,
+    _sto,
     _table,
     _telemachus,
     _xio,
@@ -185,6 +186,7 @@ FORMATS: dict[str, Format] = {
     "gcsv": Format(
         title="Gyroflow log", sniff=_gcsv.sniff, load=_gcsv.load, endings=(".gcsv",), extra="io", library="pyarrow"
     ),
+    "sto": Format(title="OpenSim orientations (.sto)", sniff=_sto.sniff, load=_sto.load, endings=(".sto",)),
     "telemachus": Format(
         title="telemachus table",
         sniff=_telemachus.sniff,
