@@ -1,7 +1,7 @@
 """Damages a valid file of every format a thousand times, and says what reading each of them does.
 
 Run by `make damage`. Allowed are a recording, and an error of one line with the path; everything else counts: another
-exception, a crash, more than a minute, more memory than 200 MB and ten times the file. Exit status 1 if anything counts.
+exception, a crash, more than a minute, more memory than 200 MB and ten times the file. Exit status 1 if any counts.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ def main() -> int:
     parser.add_argument("formats", nargs="*", help="names of samples; all by default")
     parser.add_argument("--count", type=int, default=1000, help="trials a format (default %(default)s)")
     parser.add_argument("--first", type=int, default=0, help="first seed (default %(default)s)")
+    parser.add_argument("--verbose", action="store_true", help="name what is read shorter and not told")
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -41,14 +42,15 @@ def main() -> int:
 
     failures = 0
     for name in options.formats or SAMPLES:
-        failures += _trial(name, options.first, options.count)
+        failures += _trial(name, options.first, options.count, options.verbose)
     return 1 if failures else 0
 
 
-def _trial(name: str, first: int, count: int) -> int:
+def _trial(name: str, first: int, count: int, verbose: bool) -> int:
     """Run the trials of one format in workers; a worker that dies or hangs is replaced. The number of failures."""
     outcomes: Counter[str] = Counter()
     failures: list[str] = []
+    quietly: list[str] = []
     longest, most, seed = 0.0, 0.0, first
     while seed < first + count:
         command = [
@@ -71,6 +73,8 @@ def _trial(name: str, first: int, count: int) -> int:
                 seed = told["seed"] + 1
                 outcomes[told["outcome"]] += 1
                 longest, most = max(longest, told["seconds"]), max(most, told["memory"])
+                if told["outcome"] == "read, shorter":
+                    quietly.append(f"    seed {told['seed']}: {told['what']}")
                 if told["wrong"]:
                     failures.append(f"seed {told['seed']} ({told['what']}): {told['wrong']}")
         if seed < first + count:
@@ -78,6 +82,8 @@ def _trial(name: str, first: int, count: int) -> int:
             outcomes["crash"] += 1
             seed += 1
     shown = ", ".join(f"{key} {value}" for key, value in sorted(outcomes.items()))
+    if verbose and quietly:
+        print("\n".join(quietly))
     print(
         f"{name}: {shown}; longest {longest:.1f} s, most memory {most / 1e6:.0f} MB; {len(failures)} failures",
         flush=True,
