@@ -8,6 +8,7 @@ child process reads.
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -55,13 +56,20 @@ def in_child(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
         units = [str(one) for key in ("UNITS", "UNITS2", "UNITS3") for one in _values(analog, key)]
         samples = np.asarray(file["data"]["analogs"], dtype=np.float64)
         samples = samples[0] if samples.ndim == 3 else samples.reshape(0, 0)
-        first = int(file["header"]["analogs"]["first_frame"]) if len(samples) else 0
-        return {"samples": samples}, {
-            "rate": rate[0] if rate else 0.0,
-            "labels": labels,
-            "units": units,
-            "first": first,
-        }
+        held = {"rate": rate[0] if rate else 0.0, "labels": labels, "units": units, "stated": _stated(Path(path))}
+        return {"samples": samples}, held
+
+
+def _stated(path: Path) -> int:
+    """Samples of a channel by the header, 0 where it does not tell; ezc3d takes as many as there are in silence."""
+    with path.open("rb") as file:
+        head = file.read(512)
+        file.seek(512 * (head[0] - 1) + 3)
+        processor = file.read(1)
+    words = np.frombuffer(head, dtype="<u2")
+    if processor not in (b"T", b"U") or words[4] == 0xFFFF:  # neither Intel nor DEC, or more frames than 16 bits hold
+        return 0
+    return max(int(words[4]) - int(words[3]) + 1, 0) * int(words[9])
 
 
 def _values(group: Any, key: str) -> list[Any]:
@@ -87,6 +95,8 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     sensors = {}
     for name, streams in found.items():
         data = SensorData({}, rate=rate, meta={"units": {}, "columns": {}, "clock": f"none: samples at {rate:g} Hz"})
+        if told["stated"] > samples.shape[-1]:
+            data.say("lost", f"the header states {told['stated']} samples, and the file ends after {samples.shape[-1]}")
         for stream, channels in streams.items():
             if max(channels) >= len(samples):
                 raise ValueError(f"is damaged: has {len(labels)} labels and {len(samples)} analog channels")

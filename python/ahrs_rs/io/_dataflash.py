@@ -8,6 +8,7 @@ milligauss with the offsets applied, all in the vehicle's frame (front-right-dow
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import re
 from typing import Any
@@ -51,9 +52,10 @@ class _Log:
 
     def close(self) -> None:
         """Close the file, also where the library had opened it and then failed."""
-        for name in ("data_map", "filehandle"):
-            if hasattr(self._log, name):
-                getattr(self._log, name).close()
+        for name in ("filehandle", "data_map"):
+            with contextlib.suppress(BufferError):  # a library that failed half-way may still look into the map
+                if hasattr(self._log, name):
+                    getattr(self._log, name).close()
 
     @property
     def cut(self) -> bool:

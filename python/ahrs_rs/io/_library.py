@@ -9,6 +9,8 @@ import os
 import tempfile
 from collections.abc import Iterator
 
+import numpy as np
+
 from ._contents import one_line
 
 
@@ -20,7 +22,8 @@ def understood(what: str) -> Iterator[None]:
     which the file is described ("is …", "has …") too.
     """
     try:
-        yield
+        with np.errstate(all="ignore"):  # numbers that are none come of damage, and are told by what they lead to
+            yield
     except (ImportError, _RefusedError):
         raise
     except Exception as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections.abc import Iterable, Sequence
@@ -23,15 +24,23 @@ UNREADABLE = 0.01
 
 
 def utf8(content: bytes) -> bytes:
-    """UTF-8 without a byte-order mark, of UTF-8, UTF-16 or what can only be Latin-1."""
+    """UTF-8 without a byte-order mark, of UTF-8 (with bytes of Latin-1 in it) or UTF-16."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16", errors="replace").encode()
     content = content.removeprefix(b"\xef\xbb\xbf")
-    try:
-        content.decode()
-    except UnicodeDecodeError:
-        return content.decode("latin-1").encode()
-    return content
+    return content if content.isascii() else content.decode("utf-8", errors=_LATIN_1).encode()
+
+
+_LATIN_1 = "ahrs_rs.latin_1"
+
+
+def _as_latin_1(error: UnicodeError) -> tuple[str, int]:
+    """A byte that is no UTF-8 is taken for Latin-1."""
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode("latin-1"), error.end
+
+
+codecs.register_error(_LATIN_1, _as_latin_1)
 
 
 def head_lines(content: bytes) -> list[str]:
@@ -141,6 +150,8 @@ def read_table(
     if not table.num_rows:
         raise ValueError("has a header, but no rows")
     result = Table({})
+    if not content.endswith((b"\n", b"\r")):
+        result.repairs.append("the file ends within a line, so that it may be cut off and its last number too short")
     if skipped:
         number, count = skipped[0]
         at_end = len(skipped) == 1 and number in (0, table.num_rows + 1) and count < width

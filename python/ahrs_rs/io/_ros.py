@@ -116,6 +116,7 @@ class _Messages:
         self.frame = ""
         self.without: set[str] = set()
         self.unturned = False
+        self.stated = 0
 
     def arrays(self) -> tuple[Any, Any]:
         """Stamps (ns) and rows."""
@@ -127,6 +128,7 @@ class _Messages:
 def _read(bag: Any, topic: str, kind: str) -> _Messages | None:
     out = _Messages()
     connections = [one for one in bag.connections if one.topic == topic and one.msgtype == kind]
+    out.stated = sum(one.msgcount for one in connections)
     for connection, recorded, raw in bag.messages(connections):
         message = bag.deserialize(raw, connection.msgtype)
         stamp = message.header.stamp
@@ -196,6 +198,8 @@ def _data(topic: str, others: list[str], found: dict[str, _Messages], topics: di
             ns = np.array(messages.recorded, dtype=np.int64)
             data.say("assumed", f"{one}: header.stamp is empty, so times are those of the recording")
         parts = _imu_parts(messages, rows) if topics[one] == IMU else _companion(topics[one], rows)
+        if messages.stated > len(ns):
+            data.say("lost", f"{one}: {messages.stated - len(ns)} of {messages.stated} messages that the index counts")
         if messages.unturned:
             data.say("ignored", f"{one}: orientation, which is the identity in all messages")
         for stream, part in parts.items():
