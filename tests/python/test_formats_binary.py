@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -94,6 +95,19 @@ class TestC3D:
         assert names[0].endswith("1")
         for name in names:
             assert np.allclose(ar.read(path, sensor=name).gyr, readings.gyr(N), rtol=2.0**-23)
+
+    def test_a_file_that_is_cut_gives_what_came_before_and_says_so(self, tmp_path: Path) -> None:
+        path = written.c3d(tmp_path / "walk.c3d", N)
+        path.write_bytes(path.read_bytes()[:-3000])
+        rec, said = told(path)
+        assert 0 < len(rec) < N
+        assert said == [f"of {N} samples that the file states or has room for, {len(rec)} were read"]
+
+    def test_frames_beyond_the_16_bits_of_the_header_are_told(self, tmp_path: Path) -> None:
+        rec, said = told(written.c3d(tmp_path / "long.c3d", 70_000, a_frame=1))
+        # Room is counted in frames of 52 bytes, to the end of a block of 512.
+        assert len(rec) == 65_535
+        assert re.fullmatch(r"of 7000\d samples that the file states or has room for, 65535 were read", said[0])
 
     def test_other_channels_alone_are_refused_by_name(self, tmp_path: Path) -> None:
         path = written.c3d(tmp_path / "walk.c3d", N, labels="Force{}{}", units=("N", "N", "N"))

@@ -61,15 +61,24 @@ def in_child(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _stated(path: Path) -> int:
-    """Samples of a channel by the header, 0 where it does not tell; ezc3d takes as many as there are in silence."""
+    """Samples of a channel by the header, 0 where it does not tell; ezc3d takes as many as there are in silence.
+
+    The header counts up to 65,535 frames; of a longer file, of which ezc3d reads so many, the size tells.
+    """
     with path.open("rb") as file:
         head = file.read(512)
         file.seek(512 * (head[0] - 1) + 3)
         processor = file.read(1)
     words = np.frombuffer(head, dtype="<u2")
-    if processor not in (b"T", b"U") or words[4] == 0xFFFF:  # neither Intel nor DEC, or more frames than 16 bits hold
+    if processor not in (b"T", b"U"):  # neither Intel nor DEC
         return 0
-    return max(int(words[4]) - int(words[3]) + 1, 0) * int(words[9])
+    points, channels, first, last, block, a_frame = (int(words[index]) for index in (1, 2, 3, 4, 8, 9))
+    frames = max(last - first + 1, 0)
+    if last == 0xFFFF:
+        number = 4 if head[15] & 0x80 else 2  # a negative scale: float32
+        frames = max((path.stat().st_size - 512 * (block - 1)) // max(number * (4 * points + channels), 1), 0)
+        frames = frames if frames > last + 512 else last  # the last block is filled up
+    return frames * a_frame
 
 
 def _values(group: Any, key: str) -> list[Any]:
@@ -96,7 +105,10 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     for name, streams in found.items():
         data = SensorData({}, rate=rate, meta={"units": {}, "columns": {}, "clock": f"none: samples at {rate:g} Hz"})
         if told["stated"] > samples.shape[-1]:
-            data.say("lost", f"the header states {told['stated']} samples, and the file ends after {samples.shape[-1]}")
+            data.say(
+                "lost",
+                f"of {told['stated']} samples that the file states or has room for, {samples.shape[-1]} were read",
+            )
         for stream, channels in streams.items():
             if max(channels) >= len(samples):
                 raise ValueError(f"is damaged: has {len(labels)} labels and {len(samples)} analog channels")

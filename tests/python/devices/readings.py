@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 def gyr(n: int) -> FloatArray:
     """(n, 3) rad/s."""
     k = np.arange(n)[:, None]
-    return np.hstack([0.5 * np.sin(0.1 * k), -0.3 * np.cos(0.07 * k), 0.2 + 0.001 * k])
+    return np.hstack([0.5 * np.sin(0.1 * k), -0.3 * np.cos(0.07 * k), 0.2 + 0.1 * np.sin(0.011 * k)])
 
 
 def acc(n: int) -> FloatArray:
@@ -24,7 +24,7 @@ def acc(n: int) -> FloatArray:
 def mag(n: int) -> FloatArray:
     """(n, 3) µT."""
     k = np.arange(n)[:, None]
-    return np.hstack([20.0 + np.sin(0.02 * k), 1.0 + 0.0 * k, -44.0 + 0.01 * k])
+    return np.hstack([20.0 + np.sin(0.02 * k), 1.0 + 0.0 * k, -44.0 + np.cos(0.013 * k)])
 
 
 def quat(n: int) -> FloatArray:

@@ -79,8 +79,12 @@ def c3d(
     units: tuple[str, str, str] = ("g", "deg/s", "uT"),
     labels: str = "{}{}",
     sensors: tuple[str, ...] = ("",),
+    a_frame: int = 10,
 ) -> Path:
-    """Analog channels at 1000 Hz over points at 100 Hz, by ezc3d, which stores float32. `n` is a multiple of 10."""
+    """Analog channels over points at 100 Hz, `a_frame` samples each, by ezc3d, which stores float32.
+
+    `n` is a multiple of `a_frame`.
+    """
     import ezc3d
 
     names, held, stated = [], [], []
@@ -95,10 +99,10 @@ def c3d(
             stated += [unit] * 3
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [100]
-    file["parameters"]["ANALOG"]["RATE"]["value"] = [1000]
+    file["parameters"]["ANALOG"]["RATE"]["value"] = [100 * a_frame]
     file["parameters"]["ANALOG"]["LABELS"]["value"] = names
     file["parameters"]["ANALOG"]["UNITS"]["value"] = stated
-    file["data"]["points"] = np.zeros((4, 1, n // 10))
+    file["data"]["points"] = np.zeros((4, 1, n // a_frame))
     file["data"]["points"][3] = 1.0
     file["parameters"]["POINT"]["LABELS"]["value"] = ["M1"]
     file["data"]["analogs"] = np.vstack(held)[None]
