@@ -13,7 +13,7 @@ if _TYPE_CHECKING:
     from ._estimate import save_estimate, write_estimate, writers
     from ._recording import save_recording
     from ._registry import FORMATS
-    from ._sto import write_sto
+    from ._sto_out import write_sto
 
 __all__ = [
     "FORMATS",
@@ -36,7 +36,7 @@ _LATER = {
     "save_estimate": "_estimate",
     "save_recording": "_recording",
     "write_estimate": "_estimate",
-    "write_sto": "_sto",
+    "write_sto": "_sto_out",
     "writers": "_estimate",
 }
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _atomic, metrics
 from ._contents import require
 from ._ros_out import write_ros
-from ._sto import write_sto
+from ._sto_out import write_sto
 from ._tum import write_tum
 
 if TYPE_CHECKING:

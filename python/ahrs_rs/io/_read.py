@@ -6,7 +6,7 @@ import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
@@ -88,6 +88,11 @@ def read(
     source = _source(path)
     name, found = _load(source, format, options)
     try:
+        main = formats()[name].main
+        if options.sensor is None and main in found:
+            for other in [one for one in found if one != main]:
+                found[main].say("ignored", f"sensor {other}: read it by sensor={other!r}")
+            found = {main: found[main]}
         if options.sensor is None and len(found) > 1:
             raise ValueError(f"has several sensors: give sensor= (--sensor), one of {_listed(found)}, or use read_all")
         chosen = _chosen(found, options.sensor)
@@ -262,7 +267,9 @@ def _made(
     window: tuple[float, float] | None,
     sensor: str | None = None,
 ) -> Recording:
-    recording = finish(data, source.path, format, options, convert="units" not in formats()[format].options)
+    known = formats()[format]
+    applied = replace(options, rate=None) if "rate" in known.options else options
+    recording = finish(data, source.path, format, applied, convert="units" not in known.options)
     if sensor is not None or options.sensor is not None:
         recording.meta["sensor"] = sensor if sensor is not None else options.sensor
     if options.axes is not None:

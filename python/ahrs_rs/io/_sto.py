@@ -1,132 +1,52 @@
-"""Orientations of several sensors for OpenSim's OpenSense: a storage file (.sto) of quaternions."""
+"""OpenSim's .sto of orientations: key=value lines, "endheader", then a time and a cell w,x,y,z a sensor."""
 
 from __future__ import annotations
 
-import math
-import os
-import re
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from .. import _atomic
-from .._rate import nominal_rate
-from .._streams import Stream
-from ._contents import FloatArray, Options, SensorData
+from . import _attitude
+from ._contents import Options, SensorData
+from ._lines import head_lines, is_text
 from ._source import Source
 
-if TYPE_CHECKING:
-    from ..estimate import Estimate
-
-#: The version of OpenSim whose reader the layout was tried with.
-OPENSIM = "4.6"
-
-
-def write_sto(path: str | os.PathLike[str], estimates: Mapping[str, Estimate]) -> None:
-    """Write the orientations of several sensors as a storage file for OpenSense.
-
-    OpenSim wants one time column of a regular rate: the stamps are those of the first estimate's rate over the time
-    that all of them have, and orientations are interpolated along the shortest rotations where they stand elsewhere.
-    Quaternions are scalar-first, sensor to the earth frame of the estimates; `sensor_to_opensim_rotations` of
-    OpenSense's settings turns a z axis that is up (ENU) to y.
-
-    Parameters
-    ----------
-    path : ends in .sto.
-    estimates : name of the sensor in the model, as "pelvis_imu" -> estimate of one recording; their stamps are of one
-        clock.
-
-    Raises
-    ------
-    ValueError
-        No estimate, one of several recordings, a name with blanks, stamps that have no time in common.
-
-    Examples
-    --------
-    >>> import ahrs_rs as ar
-    >>> rec = ar.simulate.demo(duration=2.0)
-    >>> ar.io.write_sto("model.sto", {"pelvis_imu": ar.VQF().run(rec), "femur_r_imu": ar.VQF().run(rec)})  # doctest:
-    +SKIP
-    """
-    if not estimates:
-        raise ValueError("estimates: expected at least one, got none")
-    for name, est in estimates.items():
-        if est.quat.ndim != 2:
-            raise ValueError(f"estimates: {name!r}: expected one recording, got {est.quat.shape[0]} side by side")
-        if not name or re.search(r"\s", name):
-            raise ValueError(f"estimates: expected names without blanks, got {name!r}")
-        if len(est) < 2:
-            raise ValueError(f"estimates: {name!r}: expected at least two samples, got {len(est)}")
-    first = next(iter(estimates.values()))
-    rate = nominal_rate(np.asarray(first.t, dtype=np.float64))
-    clock = _common_clock(estimates, rate)
-    columns = [_at(est, clock) for est in estimates.values()]
-    lines = [
-        f"DataRate={rate:.6f}",
-        "DataType=Quaternion",
-        "version=3",
-        f"OpenSimVersion={OPENSIM}",
-        "endheader",
-        "\t".join(["time", *estimates]),
-    ]
-    for k, t in enumerate(clock.tolist()):
-        lines.append("\t".join([repr(t), *(",".join(map(repr, column[k].tolist())) for column in columns)]))
-    _atomic.write_text(path, "\n".join(lines) + "\n")
-
-
-def _common_clock(estimates: Mapping[str, Estimate], rate: float) -> FloatArray:
-    """Regular stamps over what all estimates have; those of the first one where they are regular, and all the same."""
-    times = [np.asarray(est.t, dtype=np.float64) for est in estimates.values()]
-    start, end = max(t[0] for t in times), min(t[-1] for t in times)
-    if not start < end:
-        raise ValueError("estimates: expected stamps of one clock, got recordings without a time in common")
-    same = all(len(t) == len(times[0]) and np.array_equal(t, times[0]) for t in times)
-    regular = np.abs(np.diff(times[0]) * rate - 1.0).max() < 1e-3
-    if same and regular:
-        return times[0]
-    count = math.floor((end - start) * rate + 1e-9) + 1
-    grid: FloatArray = start + np.arange(count) / rate
-    clock: FloatArray = np.minimum(grid, end)
-    return clock
-
-
-def _at(est: Estimate, clock: FloatArray) -> FloatArray:
-    stream = Stream(np.asarray(est.t, dtype=np.float64), np.asarray(est.quat, dtype=np.float64))
-    found = stream.turning(clock)
-    lost = np.isnan(found).any(axis=1)
-    if lost.any():  # OpenSim takes what is no quaternion for the identity, without a word
-        found[lost] = stream.held(clock)[lost]
-    return found
-
-
-# -- reading -----------------------------------------------------------------------------------------------------------
+END = "endheader"
+#: Numbers of a unit quaternion in text differ by no more than this.
+ROUNDING = 1e-3
 
 
 def sniff(source: Source) -> bool:
-    """Whether the head is that of a storage file of quaternions."""
-    head = source.head.lower()
-    return b"datatype=quaternion" in head.replace(b" ", b"") and b"endheader" in head
+    """Whether the first lines have OpenSim's header of a table of quaternions."""
+    if not is_text(source.head):
+        return False
+    lines = [line.strip().lower() for line in head_lines(source.head)[:30]]
+    return END in lines and any(line.replace(" ", "") == "datatype=quaternion" for line in lines)
 
 
 def load(source: Source, options: Options) -> dict[str, SensorData]:
-    """Read a storage file: of each sensor its orientation, which a device or a filter estimated."""
-    lines = source.read().decode("latin-1").splitlines()
-    end = next((k for k, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
-    if end is None or end + 2 >= len(lines):
-        raise ValueError("has a header, but no rows")
-    names = lines[end + 1].split("\t")
+    """Read the sensors' orientations; there is nothing else in the file."""
+    lines = [line for line in source.read().decode("utf-8", errors="replace").splitlines() if line.strip()]
+    end = next((index for index, line in enumerate(lines) if line.strip().lower() == END), None)
+    if end is None or len(lines) < end + 3:
+        raise ValueError("has a header of OpenSim, but no rows")
+    names = [name.strip() for name in lines[end + 1].split("\t")]
+    rows = [line.split("\t") for line in lines[end + 2 :]]
+    repairs = []
+    if len(rows[-1]) < len(names) or rows[-1][-1].count(",") < 3:
+        rows.pop()
+        repairs.append("the last row is cut off and left out")
     try:
-        rows = [line.split("\t") for line in lines[end + 2 :] if line.strip()]
-        t = np.array([row[0] for row in rows], dtype=np.float64)
-        quats = {
-            name.strip(): np.array([row[k].split(",") for row in rows], dtype=np.float64).reshape(len(rows), 4)
-            for k, name in enumerate(names)
-            if k and name.strip()
-        }
+        t = np.array([float(row[0]) for row in rows])
+        quats = np.array([[[float(one) for one in cell.split(",")] for cell in row[1 : len(names)]] for row in rows])
     except (ValueError, IndexError) as error:
-        raise ValueError(f"is not a storage file of quaternions: {error}") from error
-    if not quats:
-        raise ValueError("has no orientations")
-    meta = {"units": {"t": "s"}, "device_frame": "of the file"}
-    return {name: SensorData({"device_quat": (t, quat)}, meta=dict(meta)) for name, quat in quats.items()}
+        raise ValueError(f"is not a table of quaternions: {error}") from None
+    if quats.shape != (len(rows), len(names) - 1, 4) or not len(rows):
+        raise ValueError(f"is not a table of quaternions: expected {len(names) - 1} cells of w,x,y,z in each row")
+    sensors = {}
+    for index, name in enumerate(names[1:]):
+        data = SensorData({}, meta={"repairs": list(repairs), "device_frame": "of OpenSim"})
+        unit = _attitude.normalised(quats[:, index])
+        if np.nanmax(np.abs(unit - quats[:, index]), initial=0.0) > ROUNDING:
+            data.say("repairs", "quaternions are not of unit norm and normalised, as OpenSim does")
+        data.streams["device_quat"] = (t, unit)
+        sensors[name] = data
+    return sensors

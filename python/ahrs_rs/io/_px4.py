@@ -1,0 +1,175 @@
+"""PX4's ULog, through pyulog.
+
+`sensor_combined` (gyroscope and accelerometer in the vehicle's frame, front-right-down) with the magnetometer of
+vehicle_magnetometer and the attitude of vehicle_attitude (to north-east-down) is what is read; the single sensors
+(sensor_gyro, sensor_accel, sensor_mag with their instances) are read by ``sensor="sensor_0"``, "sensor_1", ... Times
+are µs since the board started, those of the sample where the topic has them.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _attitude
+from ._contents import FloatArray, Options, SensorData, require
+from ._library import quiet, refuse, understood
+from ._source import Source
+from ._stamps import seconds, utc
+
+MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
+#: Topics that are loaded; all others are passed over.
+COMBINED = ("sensor_combined", "vehicle_magnetometer", "vehicle_attitude", "vehicle_air_data", "vehicle_local_position")
+SINGLE = {"gyr": "sensor_gyro", "acc": "sensor_accel", "mag": "sensor_mag"}
+#: What sensor_combined says where the accelerometer has no new sample.
+NO_SAMPLE = 2147483647
+GAUSS = 100.0  # µT
+AXES, FRAME = "front-right-down", "NED"
+#: How the sensor is called that most logs have.
+MAIN = "sensor_combined"
+
+
+def sniff(source: Source) -> bool:
+    """Whether the file begins as ULog does."""
+    return source.head.startswith(MAGIC)
+
+
+class _Watched(io.BytesIO):
+    """A file that remembers whether it ended within what was asked for (pyulog passes over that in silence)."""
+
+    cut = False
+    _last = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        if size is not None and 0 <= size != len(data) and (data or self._last == 3):
+            self.cut = self.cut or not (size == 3 and not data)
+        self._last = size or 0
+        return data
+
+
+def load(source: Source, options: Options) -> dict[str, SensorData]:
+    """Read a log: sensor_combined, and all single sensors, or the one that is asked for."""
+    pyulog = require("pyulog", extra="px4")
+    file = _Watched(source.read())
+    topics = [*COMBINED, *SINGLE.values()]
+    with understood("ULog file"), quiet() as printed:
+        log = pyulog.ULog(file, topics)
+        found = {(one.name, one.multi_id): one.data for one in log.data_list}
+        sensors = _sensors(found)
+        if not sensors:
+            raise refuse("is a ULog without sensor_combined, sensor_gyro, sensor_accel and sensor_mag")
+        for data in sensors.values():
+            data.meta["info"] = {
+                key: str(value) for key, value in log.msg_info_dict.items() if key.startswith(("ver_", "sys_"))
+            }
+            if log.dropouts:
+                lost = sum(one.duration for one in log.dropouts) / 1e3
+                data.say(
+                    "lost", f"{len(log.dropouts)} drop-outs of the logger, {lost:g} s in all; they are gaps in time"
+                )
+            if log.file_corruption or "corrupt" in printed.getvalue():
+                data.say("lost", "the file is damaged in places; what lies between them was read")
+            if file.cut:
+                data.say("lost", "the file is cut off; what came before was read")
+    return sensors
+
+
+def _sensors(found: dict[tuple[str, int], dict[str, NDArray[Any]]]) -> dict[str, SensorData]:
+    sensors = {}
+    if (MAIN, 0) in found:
+        sensors[MAIN] = _combined(found)
+    instances = sorted({instance for topic, instance in found if topic in SINGLE.values()})
+    for instance in instances:
+        sensors[f"sensor_{instance}"] = _single(found, instance)
+    return {name: data for name, data in sensors.items() if data.streams}
+
+
+def _combined(found: dict[tuple[str, int], dict[str, NDArray[Any]]]) -> SensorData:
+    topic = found[MAIN, 0]
+    stamps: dict[str, NDArray[Any]] = {"gyr": topic["timestamp"]}
+    values: dict[str, Any] = {"gyr": _vector(topic, "gyro_rad")}
+    columns = {"gyr": [f"{MAIN}.gyro_rad"]}
+    relative = topic["accelerometer_timestamp_relative"]
+    acc = _vector(topic, "accelerometer_m_s2")
+    missing = relative == NO_SAMPLE
+    acc[missing] = np.nan
+    offset = np.where(missing, 0, relative).astype(np.int64)
+    stamps["acc"] = stamps["gyr"] if not offset.any() else (topic["timestamp"].astype(np.int64) + offset)
+    values["acc"], columns["acc"] = acc, [f"{MAIN}.accelerometer_m_s2"]
+    if "magnetometer_ga[0]" in topic:  # before PX4 1.7: in the same topic
+        stamps["mag"], values["mag"] = stamps["gyr"], _vector(topic, "magnetometer_ga") * GAUSS
+        columns["mag"] = [f"{MAIN}.magnetometer_ga"]
+    elif ("vehicle_magnetometer", 0) in found:
+        field = found["vehicle_magnetometer", 0]
+        stamps["mag"], values["mag"] = _sampled(field), _vector(field, "magnetometer_ga") * GAUSS
+        columns["mag"] = ["vehicle_magnetometer.magnetometer_ga"]
+    if ("vehicle_attitude", 0) in found:
+        attitude = found["vehicle_attitude", 0]
+        stamps["device_quat"] = _sampled(attitude)
+        values["device_quat"] = _attitude.recorded(_vector(attitude, "q", 4))
+    if ("vehicle_air_data", 0) in found and "baro_pressure_pa" in found["vehicle_air_data", 0]:
+        air = found["vehicle_air_data", 0]
+        stamps["pressure"], values["pressure"] = _sampled(air), air["baro_pressure_pa"].astype(np.float64)
+    if ("vehicle_local_position", 0) in found:
+        position = found["vehicle_local_position", 0]
+        stamps["velocity"] = stamps["heading"] = _sampled(position)
+        values["velocity"] = np.column_stack([position[name].astype(np.float64) for name in ("vx", "vy", "vz")])
+        if "heading" in position:
+            values["heading"] = position["heading"].astype(np.float64)
+        else:
+            del stamps["heading"]
+    data = _data(stamps, values, columns)
+    if missing.any():
+        data.meta["missing"] = {"acc": int(missing.sum())}
+    if "device_quat" in values:
+        data.meta["device_frame"] = FRAME
+    return data
+
+
+def _single(found: dict[tuple[str, int], dict[str, NDArray[Any]]], instance: int) -> SensorData:
+    stamps, values, columns = {}, {}, {}
+    for stream, name in SINGLE.items():
+        if (name, instance) in found:
+            topic = found[name, instance]
+            scale = GAUSS if stream == "mag" else 1.0
+            stamps[stream] = _sampled(topic)
+            values[stream] = np.column_stack([topic[axis].astype(np.float64) for axis in "xyz"]) * scale
+            columns[stream] = [f"{name}[{instance}]"]
+    if "gyr" in values and "temperature" in found["sensor_gyro", instance]:
+        stamps["temperature"] = stamps["gyr"]
+        values["temperature"] = found["sensor_gyro", instance]["temperature"].astype(np.float64)
+    data = _data(stamps, values, columns)
+    data.meta["calibrated"] = False
+    return data
+
+
+def _data(stamps: dict[str, NDArray[Any]], values: dict[str, Any], columns: dict[str, list[str]]) -> SensorData:
+    times, origin = seconds(stamps, 1e-6)
+    shared = {
+        id(stamp): times[name] for name, stamp in reversed(stamps.items())
+    }  # streams of one clock share its array
+    units = {"gyr": "rad/s", "acc": "m/s²", "mag": "gauss"}
+    meta: dict[str, Any] = {
+        "units": {name: unit for name, unit in units.items() if name in values},
+        "columns": columns,
+        "axes": AXES,
+        "clock": "since the board started",
+    }
+    since_1970 = utc(origin)
+    if since_1970:
+        meta["start"], meta["clock"] = since_1970, "since 1970 (a simulation)"
+    return SensorData({name: (shared[id(stamps[name])], values[name]) for name in values}, meta=meta)
+
+
+def _vector(topic: dict[str, NDArray[Any]], name: str, size: int = 3) -> FloatArray:
+    return np.column_stack([topic[f"{name}[{index}]"].astype(np.float64) for index in range(size)])
+
+
+def _sampled(topic: dict[str, NDArray[Any]]) -> NDArray[Any]:
+    """When the sample was taken, where the topic has it, or when it was published."""
+    sampled = topic.get("timestamp_sample")
+    return sampled if sampled is not None and (sampled > 0).all() else topic["timestamp"]
