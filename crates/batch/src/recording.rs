@@ -3,8 +3,8 @@
 use ndarray::{ArrayView1, ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, s};
 
 use crate::registry::Number;
-use crate::stream::{Stream, Tile};
 use crate::threads::Watch;
+use ahrs_rs_lanes::stream::{Stream, Tile};
 
 /// Samples in a tile: its buffers fit the first-level cache, and the cost of a call per tile vanishes.
 const TILE: usize = 256;

@@ -6,14 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use ahrs_rs::Settings;
 use ahrs_rs::params::{ParamError, ParamKind};
 
-use crate::bank::Bank;
-use crate::metric::{Metric, Sums};
 use crate::recording::Recording;
 use crate::registry::{Entry, Number};
-use crate::simd::Isa;
 use crate::stage::{Input, Stage};
-use crate::stream::Single;
 use crate::threads::{Watch, in_threads};
+use ahrs_rs_lanes::bank::Bank;
+use ahrs_rs_lanes::metric::{Metric, Sums};
+use ahrs_rs_lanes::simd::Isa;
+use ahrs_rs_lanes::single::Single;
 
 /// Work items for each thread, so that all end at about the same time.
 const ITEMS: usize = 8;

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::lanes::{self, WORTH_LANES};
 use crate::recording::{Outputs, Recording, run_from};
 use crate::registry::{Entry, Number};
-use crate::simd::Isa;
-use crate::stream::Stream;
+use ahrs_rs_lanes::simd::Isa;
+use ahrs_rs_lanes::stream::Stream;
 
 /// One recording with its filter and the room for its results.
 pub struct Job<'a, T, F: ?Sized = dyn Stream<T>> {

@@ -1,6 +1,6 @@
 //! Whole recordings: from Python's arrays to jobs of the batch engine and back.
 
-use ahrs_rs_batch::simd::Isa;
+use ahrs_rs_batch::isa;
 use ahrs_rs_batch::threads::{Job, Plan, Watch, run_all};
 use ahrs_rs_batch::{Offline, Outputs, Recording, Stream, Time, offline};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
@@ -59,7 +59,7 @@ pub fn run_calls<'py, T: Dtype>(
                 entry,
                 values: &recipe.values,
                 settings: recipe.settings,
-                isa: Isa::fastest(),
+                isa: isa::chosen().unwrap_or_default(),
                 threads: way.threads,
             };
             let (mut jobs, counts) = all_jobs(py, recipe, given, Prepared::streams)?;

@@ -7,8 +7,8 @@ use ndarray::{Array1, Array2, s};
 use super::random::Random;
 use crate::recording::{Outputs, Recording, Time};
 use crate::registry::{Entry, Number};
-use crate::simd::Isa;
 use crate::threads::{Job, Plan, Watch, run_all};
+use ahrs_rs_lanes::simd::Isa;
 
 /// The arrays of a recording.
 pub struct Data<T> {

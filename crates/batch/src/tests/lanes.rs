@@ -3,17 +3,17 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::data::{choices, recordings, run};
-use crate::registry::{Number, entries};
-use crate::simd::Isa;
+use crate::isa;
+use crate::registry::{ENTRIES, Number};
 use crate::threads::in_threads;
 
 fn lanes_equal_scalars<T: Number>() {
     let data = recordings::<T>();
-    assert!(!Isa::available().is_empty());
-    for entry in entries() {
+    assert!(!isa::available().is_empty());
+    for entry in ENTRIES.iter() {
         for values in choices(entry.spec) {
             let alone = run(entry, &values, &data, None, Some(1));
-            for isa in Isa::available() {
+            for isa in isa::available() {
                 for threads in [1, 3] {
                     let beside = run(entry, &values, &data, Some(isa), Some(threads));
                     for (index, (beside, alone)) in beside.iter().zip(&alone).enumerate() {
