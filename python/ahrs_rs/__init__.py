@@ -19,11 +19,12 @@ from ahrs_rs import filters, metrics
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
+from ahrs_rs._warnings import DataWarning
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.filters import *  # noqa: F403  # the classes are made from the registry
 from ahrs_rs.filters import FILTERS as FILTERS
-from ahrs_rs.io import read, write_estimate
+from ahrs_rs.io import read, read_all, sensors, write_estimate
 from ahrs_rs.recording import Recording
 from ahrs_rs.state import State
 from ahrs_rs.status import Status
@@ -37,6 +38,7 @@ __version__ = "0.1.0"
 _LATER = ("calibration", "papers", "signal", "simulate", "tuning")
 
 __all__ = [
+    "DataWarning",
     "Estimate",
     "Filter",
     "Param",
@@ -50,7 +52,9 @@ __all__ = [
     "metrics",
     "papers",
     "read",
+    "read_all",
     "run_many",
+    "sensors",
     "signal",
     "simulate",
     "sweep",

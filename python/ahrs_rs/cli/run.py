@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io, metrics
-from ahrs_rs.cli import _common, calibrate
+from ahrs_rs import metrics
+from ahrs_rs.cli import _common, _reading, calibrate
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.io import write_estimate
-from ahrs_rs.io._common import require
+from ahrs_rs.io._contents import require
 from ahrs_rs.io._estimate import WRITERS
 from ahrs_rs.recording import Recording
 from ahrs_rs.status import Status
@@ -58,7 +58,7 @@ def add_parser(commands: Commands) -> None:
         help=f"write the orientations ({endings}); without it: summary only",
     )
     _common.add_align(parser)
-    _common.add_reading(parser)
+    _reading.add_reading(parser)
     calibrate.add_option(parser)
     _common.add_settings(parser)
 
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         _check_output(args.output, args.file)
     calibrations = calibrate.given(args)
-    recording = io.read(args.file, format=args.format, rate=args.rate)
+    recording = _reading.read(args.file, args)
     recording, said = calibrate.applied(calibrations, recording)
     est = _estimate(choice, recording, settings)
     lines = _summary(choice, recording, settings, aligner, est)
@@ -93,17 +93,14 @@ def _check_output(path: Path, source: Path) -> None:
 
 def _estimate(choice: Choice, recording: Recording, settings: Settings, frame: str | None = None) -> Estimate:
     f = choice.make(recording.rate, settings, frame)
-    return f.run(recording.gyr, recording.acc, _common.magnetometer(recording, settings), t=recording.t)
+    return f.run(_common.measurements(recording, settings))
 
 
 def _summary(
     choice: Choice, recording: Recording, settings: Settings, aligner: Aligner, est: Estimate
 ) -> list[tuple[str, str]]:
-    sensors = [name for name in ("gyr", "acc", "mag", "ref") if getattr(recording, name) is not None]
     lines = [
-        ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(sensors)})"),
-        ("samples", f"{len(recording)} in {recording.duration:.6g} s, {recording.rate:.6g} Hz"),
-        *(("repaired", repair) for repair in recording.meta["repairs"]),
+        *_reading.head(recording),
         *([("calibrated", " ".join(recording.meta["calibrated"]))] if recording.meta.get("calibrated") else []),
         ("filter", _description(choice, recording, settings)),
         ("status", _status_counts(est.status)),
@@ -126,9 +123,8 @@ def _summary(
 def _description(choice: Choice, recording: Recording, settings: Settings) -> str:
     f = choice.make(recording.rate, settings)
     params = " ".join(f"{name}={_common.shown(value)}" for name, value in f.params.items())
-    given = ["gyr"]
-    given += ["acc"] if recording.acc is not None else []
-    given += ["mag"] if _common.magnetometer(recording, settings) is not None else []
+    used = _common.measurements(recording, settings)
+    given = [name for name in ("gyr", "acc", "mag") if getattr(used, name) is not None]
     return f"{f'{f.NAME} {params}'.rstrip()}, from {' '.join(given)}, in {f.frame}"
 
 

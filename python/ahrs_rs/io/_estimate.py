@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _atomic, metrics
-from ._common import require
+from ._contents import require
 
 Arrays = dict[str, NDArray[Any]]
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ._common import Raw, one_line
+from ._contents import Options, SensorData, one_line
+from ._source import Source
 
-#: Field of `Raw` -> names of the array, the first present one is taken.
+#: What is in it -> names of the array, the first present one is taken.
 NAMES = {
     "t": ("t", "time"),
     "rate": ("rate", "sampling_rate"),
@@ -26,16 +26,18 @@ NAMES = {
 }
 
 
-def sniff(head: bytes) -> bool:
-    """Whether a file with these first bytes is a zip archive, which an .npz is."""
-    return head.startswith((b"PK\x03\x04", b"PK\x05\x06"))
+def sniff(source: Source) -> bool:
+    """Whether the source is a zip archive of arrays, or one that says by its name that it is."""
+    if source.name.lower().endswith(".npz"):
+        return source.is_zip
+    return source.is_zip and bool(source.names) and all(name.endswith(".npy") for name in source.names)
 
 
-def load(path: Path) -> Raw:
+def load(source: Source, options: Options) -> dict[str, SensorData]:
     """Read an .npz file, in rad/s, m/s², µT."""
     try:
         # numpy.load leaves a file open that it cannot read; one that is given to it is closed here.
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        with source.open() as stream, np.load(stream, allow_pickle=False) as file:
             names = list(file.files)
             found: dict[str, Any] = {}
             for field, aliases in NAMES.items():
@@ -45,12 +47,12 @@ def load(path: Path) -> Raw:
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, ValueError, RuntimeError) as error:
         # RuntimeError includes the NotImplementedError of an unknown compression or encryption.
         raise ValueError(f"is not a readable .npz file: {one_line(error)}") from error
-    if "gyr" not in found:
-        raise ValueError(f"has no array 'gyr', only {sorted(names)}")
-    if "rate" in found:
-        found["rate"] = _rate(found["rate"])
-    found["meta"] = _meta(found["meta"]) if "meta" in found else {}
-    return Raw(**found)
+    if not found.keys() & {"gyr", "acc", "mag"}:
+        raise ValueError(f"has no array 'gyr', 'acc' or 'mag', only {sorted(names)}")
+    rate = _rate(found.pop("rate")) if "rate" in found else None
+    meta = _meta(found.pop("meta")) if "meta" in found else {}
+    t = found.pop("t", None)
+    return {"imu": SensorData({name: (t, values) for name, values in found.items()}, rate=rate, meta=meta)}
 
 
 def _rate(value: Any) -> float:
