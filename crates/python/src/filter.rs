@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use ahrs_rs::estimator::LONGEST_STEP;
 use ahrs_rs::params::ParamError;
 use ahrs_rs::{FilterSpec, Frame, GyrHold, Settings};
-use ahrs_rs_batch::{Entry, Number, Offline, OfflineEntry, Stream, entry, offline_entry};
+use ahrs_rs_batch::{Entry, Offline, OfflineEntry, Stream, entry, offline_entry};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -77,7 +77,7 @@ impl Recipe {
                 Err(bad("state", &format!("a state of {}", self.kind.spec().name), format!("{} values", values.len())))
             }
             Some(_) if !stream.is_unit() => {
-                Err(bad("state", "attitudes of unit norm", format!("{:?}", stream.quat().map(Number::to_f64))))
+                Err(bad("state", "attitudes of unit norm", format!("{:?}", stream.quat().map(T::to_f64))))
             }
             _ => Ok(stream),
         }
