@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import _atomic
+from ahrs_rs import _atomic, _json
 from ahrs_rs._cells import Metric
 from ahrs_rs._filter import Filter
 from ahrs_rs.recording import Recording
@@ -82,8 +82,8 @@ class Checkpoint:
 
     def _take(self, number: int, line: bytes) -> None:
         try:
-            content = json.loads(line)
-        except (ValueError, RecursionError):  # torn, or none
+            content = _json.parse(line)
+        except ValueError:  # torn, or none
             return
         match content:
             case [str() as key, list() as errors] if len(errors) == self.count and all(

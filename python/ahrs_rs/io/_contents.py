@@ -16,6 +16,10 @@ FloatArray: TypeAlias = NDArray[np.float64]
 TOLD = ("assumed", "repairs", "ignored", "lost", "doubts")
 
 
+#: Characters of another library's message.
+LONGEST = 300
+
+
 @dataclass(slots=True)
 class SensorData:
     """What a file holds of one sensor, before any repair.
@@ -104,5 +108,6 @@ def require(module: str, extra: str = "io") -> Any:
 
 
 def one_line(error: BaseException) -> str:
-    """The message of another library's error, on one line."""
-    return " ".join(str(error).split()) or type(error).__name__
+    """The message of another library's error, on one line, with as much of it as can be read."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -84,6 +84,8 @@ def _count_by(rate: float, data: SensorData) -> None:
 
 def _cleaned(name: str, values: Any, repairs: list[str]) -> NDArray[Any]:
     array = np.asarray(values)
+    if not array.ndim:
+        raise ValueError(f"{name}: expected a value a sample, got one alone")
     if name == "mask":
         return array
     if array.dtype.kind not in "fiub":
