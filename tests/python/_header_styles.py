@@ -548,8 +548,8 @@ STYLES = [
         "gyroflow gcsv",
         "1.3",
         "docs.gyroflow.xyz, .gcsv gyro log format",
-        "GYROFLOW IMU LOG\nversion,1.3\nid,logger\norientation,XYZ\ntscale,0.001\ngscale,0.01745329251994\nascale,0.001\n"
-        "t,gx,gy,gz,ax,ay,az",
+        "GYROFLOW IMU LOG\nversion,1.3\nid,logger\norientation,XYZ\ntscale,0.001\n"
+        "gscale,0.01745329251994\nascale,0.001\nt,gx,gy,gz,ax,ay,az",
         "t/ms g/dps a/mg",
         name="table.gcsv",
     ),

@@ -23,8 +23,8 @@ PHRASES: dict[str, tuple[tuple[str, ...], ...]] = {
             accelerometer acceleration | alpha | g force | gforce
         """,
         "linear_acceleration": """
-            linear acceleration | linear accel | linear acc | lin acc | linacc | lin accel | user acceleration |
-            user acc | user accel | linearacceleration | linear accelerometer | acceleration without gravity |
+            linear acceleration | linear accel | linear acc | lin acc | linacc | linacce | lin accel | user acceleration
+            | user acc | user accel | linearacceleration | linear accelerometer | acceleration without gravity |
             free acceleration | free acc | lia | world linear acceleration | dynamic acceleration
         """,
         "gravity": """
@@ -70,9 +70,9 @@ TIMES = frozenset(
         | time since reboot | motion timestamp since reboot | timestamp since reboot | accelerometer
         timestamp since reboot | gyro timestamp since reboot | record time | log time | time of day |
         timeofday | message time | publish time | server time | time of validity | tow | gps tow | time of week | gps
-        time of week | itow | time itow | gpsitow | elapsedtime | runtime | run time | uptime | up time | sampletime |
-        timestamp ms | timestamp us | timestamp ns | since start | time since start | recording timestamp | receive time
-        | received | arrival time | relative time | time relative | time delta | abs time
+        time of week | gps timeof week | itow | time itow | gpsitow | elapsedtime | runtime | run time | uptime | up
+        time | sampletime | timestamp ms | timestamp us | timestamp ns | since start | time since start | recording
+        timestamp | receive time | received | arrival time | relative time | time relative | time delta | abs time
         """
     )
 )
