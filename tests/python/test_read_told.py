@@ -127,7 +127,8 @@ def test_columns_that_look_like_a_sensor_and_are_not_read_are_named(tmp_path: Pa
 def test_orientation_columns_are_the_truth_only_where_they_are_named_so(tmp_path: Path) -> None:
     t, gyr, acc, _ = motion()
     quat = np.column_stack([np.cos(0.3 * np.sin(3.0 * t)), np.sin(0.3 * np.sin(3.0 * t)), 0.0 * t, 0.0 * t])
-    for names, truth in {"qw,qx,qy,qz": False, "ref_w,ref_x,ref_y,ref_z": True, "truth_qw,truth_qx,truth_qy,truth_qz": True,
+    for names, truth in {"qw,qx,qy,qz": False, "ref_w,ref_x,ref_y,ref_z": True,
+                         "truth_qw,truth_qx,truth_qy,truth_qz": True,
                          "optical_qw,optical_qx,optical_qy,optical_qz": True,
                          "orientation.w,orientation.x,orientation.y,orientation.z": False}.items():  # fmt: skip
         path = write(tmp_path / "a.csv", f"t,gx,gy,gz,ax,ay,az,{names}", [t, gyr, acc, quat])

@@ -99,7 +99,7 @@ def test_without_a_gyroscope_the_clock_is_that_of_the_first_sensor() -> None:
     rec = ar.Recording.from_streams(mag=(mag_t, np.ones((20, 3))), acc=(acc_t, np.ones((50, 3))))
     assert rec.gyr is None
     assert_array_equal(rec.t, acc_t)
-    with pytest.raises(ValueError, match="gyr: expected .* as VQF needs a gyroscope"):
+    with pytest.raises(ValueError, match=r"gyr: expected .* as VQF needs a gyroscope"):
         ar.VQF().run(rec)
     assert ar.Tilt().run(rec).quat.shape == (50, 4)
 
