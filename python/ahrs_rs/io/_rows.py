@@ -17,7 +17,7 @@ from ._contents import FloatArray, Options, SensorData
 from ._moments import seconds_of_text
 from ._names import Column, looks_like_sensor, quantity_of_name
 from ._profiles import Profile
-from ._stamps import EPOCH, seconds, utc
+from ._stamps import EPOCH, seconds, unwrapped, utc, wrap_of
 from ._units import ASSUMED, conversion, unit_key
 
 #: A column that tells sensors apart has no more different values than this.
@@ -306,6 +306,10 @@ def _one_part(
         raise ValueError(f"column {column.header!r}: unknown unit {column.unit!r}; known are s, ms, us, ns")
     if values.dtype == np.float32 and (wrong := _plausible.doubtful_stamps(values)):
         raise ValueError(f"t: {wrong}")
+    bits = wrap_of(values)
+    if bits:
+        assumed.append(f"{column.header!r} starts again after {bits} bits, which was undone")
+        return unwrapped(values, bits) * unit, None
     times, origin = seconds({"t": values}, unit)
     return times["t"], utc(origin) if origin else None
 
