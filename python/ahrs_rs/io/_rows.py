@@ -126,7 +126,8 @@ def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDAr
     clocks, own = _clock(table, rows, len(next(iter(arrays.values()))), data, quantities)
     if clocks is not None:
         columns["t"] = [table.headers[column.index] for column in clocks.clock.columns]
-        stated = all(column.unit for column in clocks.clock.columns) or clocks.start is not None
+        numbers = all(table.values[column.index].dtype.kind in "fiu" for column in clocks.clock.columns)
+        stated = all(column.unit for column in clocks.clock.columns) or clocks.start is not None or not numbers
         units["t"] = ", ".join(column.unit or "s" for column in clocks.clock.columns) if clocks.t.size else "s"
         if not stated:
             assumed["t"] = "s"
