@@ -28,6 +28,8 @@ SINGLE = {"gyr": "sensor_gyro", "acc": "sensor_accel", "mag": "sensor_mag"}
 NO_SAMPLE = 2147483647
 GAUSS = 100.0  # µT
 AXES, FRAME = "front-right-down", "NED"
+#: Bytes before each message, and so many messages may be read anew after damage.
+HEADER, ROUNDS = 3, 100_000
 #: How the sensor is called that most logs have.
 MAIN = "sensor_combined"
 
@@ -37,16 +39,29 @@ def sniff(source: Source) -> bool:
     return source.head.startswith(MAGIC)
 
 
+class _CirclesError(Exception):
+    """No ValueError, which pyulog would pass over."""
+
+
 class _Watched(io.BytesIO):
-    """A file that remembers whether it ended within what was asked for (pyulog passes over that in silence)."""
+    """A file that remembers whether it ended within what was asked for, and ends a reader that goes round in circles.
+
+    pyulog passes over the first in silence. At some damage it seeks back for ever; it reads 3 bytes for each message, so
+    that such reads which get no further are counted.
+    """
 
     cut = False
-    _last = 0
+    _last = _furthest = _idle = 0
 
     def read(self, size: int | None = -1, /) -> bytes:
-        data = super().read(size)
-        if size is not None and 0 <= size != len(data) and (data or self._last == 3):
-            self.cut = self.cut or not (size == 3 and not data)
+        at, data = self.tell(), super().read(size)
+        if size == HEADER:
+            self._idle = 0 if at > self._furthest else self._idle + 1
+            self._furthest = max(self._furthest, at)
+            if self._idle > ROUNDS:
+                raise _CirclesError
+        if size is not None and 0 <= size != len(data) and (data or self._last == HEADER):
+            self.cut = self.cut or not (size == HEADER and not data)
         self._last = size or 0
         return data
 
@@ -57,7 +72,10 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     file = _Watched(source.read())
     topics = [*COMBINED, *SINGLE.values()]
     with understood("ULog file"), quiet() as printed:
-        log = pyulog.ULog(file, topics)
+        try:
+            log = pyulog.ULog(file, topics)
+        except _CirclesError:
+            raise refuse("is a damaged ULog file: pyulog does not get past the damage") from None
         found = {(one.name, one.multi_id): one.data for one in log.data_list}
         sensors = _sensors(found)
         if not sensors:
