@@ -6,7 +6,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench firmware
-.PHONY: header format clean
+.PHONY: attack header format clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,6 +66,9 @@ bench: build ## Time every filter beside other packages into docs/performance.md
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
+
+attack: build ## End commands at random moments and look for leaks (hours) into docs/attacks.md
+	$(BIN)/python tools/attack.py
 
 firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
 	$(PYTHON) tools/firmware.py

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _plausible
 
+#: Ticks of numpy's times in a second.
+_TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
 
 def vectors(name: str, given: Any) -> Any:
@@ -37,8 +39,8 @@ def stamps(given: ArrayLike | None, *, since: bool = False) -> Any:
 
     Parameters
     ----------
-    given : (T,) or (N, T) numbers in s, numpy's datetime64 and timedelta64, `datetime` objects, or such a column of pandas, polars or
-        Arrow; None stays None.
+    given : (T,) or (N, T) numbers in s, numpy's datetime64 and timedelta64, `datetime` objects, or such a column of
+        pandas, polars or Arrow; None stays None.
     since : dates are refused, as a state goes on from seconds that it knows.
 
     Raises
@@ -63,7 +65,11 @@ def times(given: Any) -> NDArray[Any]:
     """A column of times as numpy has it: numbers, datetime64 (UTC), timedelta64, or whatever else it is."""
     library = _library(given)
     if library == "pyarrow":
-        given = given.to_numpy(zero_copy_only=False) if hasattr(given, "type") and not hasattr(given, "chunks") else given.to_numpy()
+        given = (
+            given.to_numpy(zero_copy_only=False)
+            if hasattr(given, "type") and not hasattr(given, "chunks")
+            else given.to_numpy()
+        )
     elif library == "polars":
         given = given.to_numpy()
     elif library == "pandas":
@@ -88,10 +94,9 @@ def seconds(array: NDArray[Any]) -> NDArray[np.float64]:
     if np.datetime_data(array.dtype)[0] in ("h", "m", "D", "W"):
         array = array.astype("timedelta64[s]")
     # Whole ticks first: integers are exact, and one division rounds once.
-    tick = np.timedelta64(1, np.datetime_data(array.dtype)[0])
-    per_second = np.timedelta64(1, "s") / tick
-    count = array.astype(np.int64) * np.datetime_data(array.dtype)[1]
-    found = count.astype(np.float64) / per_second
+    unit, multiple = np.datetime_data(array.dtype)
+    count = array.astype(np.int64) * multiple
+    found = count.astype(np.float64) / _TICKS[unit]
     found[np.isnat(array)] = np.nan
     return np.asarray(found, dtype=np.float64)
 
@@ -149,7 +154,9 @@ def _stacked(rows: list[Any]) -> NDArray[np.float64]:
     if len(widths) > 1:
         raise ValueError(f"rows of {sorted(widths)} values")
     width = widths.pop() if widths else 3
-    return np.array([[np.nan] * width if row is None else list(row) for row in rows], dtype=np.float64).reshape(-1, width)
+    return np.array([[np.nan] * width if row is None else list(row) for row in rows], dtype=np.float64).reshape(
+        -1, width
+    )
 
 
 def _of_index(given: Any) -> Any:

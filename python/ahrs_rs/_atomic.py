@@ -45,6 +45,9 @@ AnyPath: TypeAlias = str | os.PathLike[str]
 #: What of a name goes into the name of the file beside: names have 255 bytes at most.
 STEM_BYTES, SUFFIX_LENGTH = 100, 32
 
+#: Files that are written now, by whatever thread.
+_unfinished: set[Path] = set()
+
 #: A file system that knows no fsync says so by one of these.
 NO_SYNC = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS)
 
@@ -145,6 +148,7 @@ class Together:
         name = f".{stem}.{secrets.token_hex(6)}.part{target.suffix[:SUFFIX_LENGTH]}"
         file = _File(given, target, folder / name, special)
         self._files.append(file)  # before it is made: a signal may come in between
+        _unfinished.add(file.beside)
         return file
 
     def _put_in_place(self) -> None:
@@ -166,6 +170,7 @@ class Together:
         for file in self._files:
             with suppress(OSError):
                 file.beside.unlink(missing_ok=True)
+            _unfinished.discard(file.beside)
         for folder in reversed(self._folders):
             with suppress(OSError):  # something is in it that is not ours
                 folder.rmdir()
@@ -198,6 +203,13 @@ def write_text(path: AnyPath, content: str, *, durable: bool = True) -> None:
     """A file of this text in place of `path`."""
     with text(path, durable=durable) as file:
         file.write(content)
+
+
+def remove_unfinished() -> None:
+    """Remove what is being written, before the process is ended in the middle of it."""
+    for path in list(_unfinished):
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 def append(path: AnyPath, content: str) -> None:

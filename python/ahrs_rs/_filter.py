@@ -167,12 +167,12 @@ class Filter(_native.NativeFilter):
 
         Parameters
         ----------
-        gyr : (T, 3) or (N, T, 3), angular rate in rad/s; or a `Recording`, which brings acc, mag and t; or None for a filter
-            that uses the gyroscope only where the accelerometer has no sample (``Tilt``, ``Ecompass``)
+        gyr : (T, 3) or (N, T, 3), angular rate in rad/s; or a `Recording`, which brings acc, mag and t; or None for a
+            filter that uses the gyroscope only where the accelerometer has no sample (``Tilt``, ``Ecompass``)
         acc : same shape, specific force in m/s² (at rest, z up, +9.81 on z), or None
         mag : same shape, magnetic field in µT, or None
-        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and durations of
-            numpy, pandas, polars and Arrow (dates count from the first one)
+        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and
+            durations of numpy, pandas, polars and Arrow (dates count from the first one)
         q0 : (4,) or (N, 4), attitude one step before the first sample; by default the first samples align
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
@@ -180,8 +180,8 @@ class Filter(_native.NativeFilter):
         threads : how many recordings are computed at once; by default as many as there are cores
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
-        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of pandas, polars
-        and Arrow are taken as arrays.
+        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of
+        pandas, polars and Arrow are taken as arrays.
 
         Warns
         -----
@@ -196,7 +196,7 @@ class Filter(_native.NativeFilter):
         """
         call = self._call(gyr, acc, mag, t=t, q0=q0, state=state, outputs=outputs, out=out)
         if not isinstance(gyr, Recording):
-            _inputs.doubt(*call.native[:2], call.native[3])
+            _inputs.doubt(call.native[0], call.native[1], call.native[3])
         (result,) = self._run([call.native], thread_count(threads), call.dtype == "float32", None, True)
         return self._estimate(call, result)
 
@@ -238,6 +238,7 @@ class Filter(_native.NativeFilter):
             t=self._stamps(t, quat.shape[:-1], call.states),
             state=state if self.STREAMING else None,
             extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
+            frame=self.frame,
         )
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:

@@ -43,9 +43,9 @@ def inputs(name: str, gyroscope: bool, gyr: Any, acc: Any, mag: Any, t: Any, *, 
 def _no_gyroscope(name: str, needed: bool, acc: Any) -> Any:
     """A gyroscope at rest, for the filters that turn by it only where the accelerometer has no sample."""
     if needed:
-        raise ValueError(f"gyr: {name} needs a gyroscope, got None")
+        raise ValueError(f"gyr: expected an array of real numbers, as {name} needs a gyroscope, got None")
     if acc is None:
-        raise ValueError(f"acc: {name} needs an accelerometer where it has no gyroscope, got None")
+        raise ValueError(f"acc: expected an array of real numbers, as {name} has no gyroscope, got None")
     array = np.asarray(acc)
     return np.zeros(array.shape, dtype=np.float32 if array.dtype == np.float32 else np.float64)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Standard gravity, m/s².
 GRAVITY = 9.80665
 #: Median norm of the specific force, m/s²: whoever carries a sensor is within it, whatever they do.
 ACC = (2.0, 50.0)
@@ -103,7 +104,9 @@ def doubtful_stamps(t: NDArray[Any]) -> str | None:
     if t.dtype == np.float32 and t.size and float(np.nanmax(np.abs(t))) > SINGLE:
         largest = float(np.nanmax(np.abs(t)))
         room = float(np.spacing(np.float32(largest)))
-        return f"float32 has no room for {largest:.6g} s: its steps are {room:.3g} s there (use float64, or subtract the first)"
+        return (
+            f"float32 has no room for {largest:.6g} s: its steps are {room:.3g} s (use float64, or take off the first)"
+        )
     if t.dtype.kind in "iu" and t.size > 1:
         step = float(np.median(np.diff(t.astype(np.float64))))
         if step > INTEGER_STEP:
@@ -150,15 +153,15 @@ def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
     found = []
     if _are_rows(acc):
         wrong = doubt("acc", _some(acc))
-        if wrong is not None:
-            likely = likely_unit("acc", _some(acc))
-            found.append(f"acc: {wrong}" + (f"; it looks like {likely}" if likely else ""))
+        likely = likely_unit("acc", _some(acc)) if wrong else None
+        if likely:
+            found.append(f"acc: {wrong}; it looks like {likely}")
     if type(t) is np.ndarray and t.ndim == 1 and len(t) >= FEWEST_ROWS and t[-1] > t[0]:
         rate = (len(t) - 1) / float(t[-1] - t[0])
         wrong = doubtful_rate(rate)
-        if wrong is not None:
-            likely = likely_time_unit(rate)
-            found.append(f"t: {wrong}" + (f"; the stamps look like {likely}" if likely else ""))
+        likely = likely_time_unit(rate) if wrong else None
+        if likely:
+            found.append(f"t: {wrong}; the stamps look like {likely}")
     if _are_rows(gyr):
         wrong = doubt("gyr", _some(gyr))
         if wrong is not None:
@@ -171,8 +174,8 @@ def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
 def looks_like_degrees(gyr: NDArray[Any], acc: NDArray[Any], t: FloatArray) -> bool:
     """Whether the accelerometer shows the turns of the gyroscope as π/180 of what they are as rad/s.
 
-    The direction u of the specific force changes by -δ × u while the sensor turns by δ; the factor s of δ is fitted to all
-    rows (least squares), with its standard error. Nothing is said where the turns do not show in the accelerometer.
+    The direction u of the specific force changes by -δ × u while the sensor turns by δ; the factor s of δ is fitted to
+    all rows (least squares), with its standard error. Nothing is said where the turns do not show in the accelerometer.
     """
     if not (_are_rows(gyr) and _are_rows(acc) and len(gyr) == len(acc) == len(t)):
         return False

@@ -28,9 +28,9 @@ FEWEST = 8
 def unbroken(t: FloatArray) -> tuple[FloatArray, int]:
     """The times that unbroken parts take, and how many samples each of them has.
 
-    The times between samples of a regular clock are nearly all alike, and a longer one is a gap. Stamps that come in packets, in
-    pairs, or from a clock that ticks slower than the samples have many steps of nothing and few long ones: there the
-    times of 2, 4, 8, ... samples are looked at, until they are alike.
+    The times between samples of a regular clock are nearly all alike, and a longer one is a gap. Stamps that come in
+    packets, in pairs, or from a clock that ticks slower than the samples have many steps of nothing and few long ones:
+    there the times of 2, 4, 8, ... samples are looked at, until they are alike.
 
     Parameters
     ----------

@@ -8,6 +8,8 @@ import operator
 from collections.abc import Mapping
 from typing import Any, cast
 
+from ahrs_rs import _json
+
 #: The largest number of each dtype.
 LARGEST = {"float32": 3.4028234663852886e38, "float64": 1.7976931348623157e308}
 #: The native side counts samples in 64 bits.
@@ -30,9 +32,9 @@ def to_json(format: str, version: int, content: Mapping[str, Any]) -> str:
 def from_json(text: str | bytes, format: str, version: int, names: tuple[str, ...]) -> dict[str, Any]:
     """The fields of a snapshot that `to_json` wrote; ``ValueError`` where it is no such text."""
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError, TypeError) as error:
-        raise ValueError(f"text: expected a state as JSON, got {error}") from None
+        content = _json.parse(text)
+    except ValueError as error:
+        raise ValueError(f"text: expected a state as JSON, got what {error}") from None
     if not isinstance(content, dict) or content.get("format") != format:
         raise ValueError(f'text: expected a state as JSON with "format": "{format}", got {shown(content)}')
     check_version(version, content.get("version"))

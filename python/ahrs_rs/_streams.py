@@ -40,7 +40,9 @@ class Stream:
 
     def __post_init__(self) -> None:
         if self.t.ndim != 1 or self.values.ndim not in (1, 2) or len(self.values) != len(self.t):
-            raise ValueError(f"expected n times and n rows of values, got shapes {self.t.shape} and {self.values.shape}")
+            raise ValueError(
+                f"expected n times and n rows of values, got shapes {self.t.shape} and {self.values.shape}"
+            )
         bad = np.flatnonzero(~np.isfinite(self.t))
         if bad.size:
             raise ValueError(f"expected finite times, got {self.t[bad[0]]} at index {bad[0]}")
@@ -89,9 +91,9 @@ class Stream:
     def arriving(self, clock: FloatArray) -> FloatArray:
         """Each reading on the first stamp of the clock at or after its own, NaN elsewhere.
 
-        Of several that arrive at one stamp the last is kept; where stamps are repeated on both sides (packets), the k-th
-        reading of a stamp stands in its k-th row. What comes after the last stamp, or more than a step of its own before the
-        first one, is left out.
+        Of several that arrive at one stamp the last is kept; where stamps are repeated on both sides (packets), the
+        k-th reading of a stamp stands in its k-th row. What comes after the last stamp, or more than a step of its own
+        before the first one, is left out.
         """
         if self._shares(clock):
             return np.asarray(self.values, dtype=np.float64)
@@ -125,7 +127,7 @@ class Stream:
         return self._outside_of_gaps(found, clock, index, part)
 
     def turning(self, clock: FloatArray) -> FloatArray:
-        """The shortest rotation between the quaternions before and after each stamp (slerp), NaN in gaps and outside."""
+        """The shortest rotation between the quaternions before and after each stamp (slerp); NaN as in `linear`."""
         if self._shares(clock):
             return np.asarray(self.values, dtype=np.float64)
         if len(self) < 2:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _atomic, _axes, _quat
+from ahrs_rs import _axes, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
 
@@ -27,16 +26,22 @@ _COLUMNS = {"t": 0, "gyr": 3, "acc": 3, "mag": 3, "ref": 4, "mask": 0, "temperat
 #: Whose clock is that of the rows: the first of these that is there.
 _CLOCKS = ("gyr", "acc", "mag", "ref", "temperature")
 #: The names of sensors, for messages.
-_SENSORS = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer", "ref": "reference", "temperature": "thermometer"}
+_SENSORS = {
+    "gyr": "gyroscope",
+    "acc": "accelerometer",
+    "mag": "magnetometer",
+    "ref": "reference",
+    "temperature": "thermometer",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording:
     """Samples of one sensor over time, in SI units, with the truth where it is known.
 
-    The rows (`t`, `gyr`, `acc`, `mag`, ...) stand on the stamps of the gyroscope, and are what filters take. Beneath them are
-    `streams`: what each sensor measured, at its own times. A recording from arrays of one length has the same stamps for
-    all; `from_streams` takes sensors with clocks of their own, whose rows are made on first use.
+    The rows (`t`, `gyr`, `acc`, `mag`, ...) stand on the stamps of the gyroscope, and are what filters take. Beneath
+    them are `streams`: what each sensor measured, at its own times. A recording from arrays of one length has the same
+    stamps for all; `from_streams` takes sensors with clocks of their own, whose rows are made on first use.
 
     Parameters
     ----------
@@ -79,7 +84,7 @@ class Recording:
     rate: float = math.nan
     meta: dict[str, Any] = field(default_factory=dict)
     others: dict[str, Stream] = field(default_factory=dict)
-    _own: dict[str, Stream] | None = field(default=None, repr=False)
+    _own: dict[str, Stream] | None = field(default=None, init=False, repr=False)
     """The streams of a recording whose sensors have clocks of their own; None where they are those of the rows."""
 
     def __post_init__(self) -> None:
@@ -101,7 +106,9 @@ class Recording:
         _check_times(self.t)
         for name in self.others:
             if name in _COLUMNS:
-                raise ValueError(f"others: expected names of further streams, got {name!r}, which has an argument of its own")
+                raise ValueError(
+                    f"others: expected names of further streams, got {name!r}, which has an argument of its own"
+                )
         put(self, "others", dict(self.others))
         put(self, "_own", None)
         put(self, "rate", _checked_rate(self.rate, self.t))
@@ -120,7 +127,8 @@ class Recording:
 
         Parameters
         ----------
-        **streams : ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``, ``temperature`` as the arguments
+        **streams : ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``, ``temperature``
+        as the arguments
             of `Recording`, and any further ones, which are kept. All times are on one time base, s.
         rate : Hz of the rows; None takes that of the clock.
         meta : what else is known.
@@ -128,7 +136,8 @@ class Recording:
         Returns
         -------
         Recording
-            Its rows stand on the stamps of the gyroscope (without one: of the first sensor), made by `aligned` on first use.
+            Its rows stand on the stamps of the gyroscope (without one: of the first sensor), made by `aligned` on first
+            use.
 
         Raises
         ------
@@ -140,8 +149,8 @@ class Recording:
         >>> import numpy as np
         >>> import ahrs_rs as ar
         >>> rec = ar.Recording.from_streams(
-        ...     gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], [[20.0, 0.0, -40.0], [20.0, 0.0, -40.0]])
-        ... )
+        ...     gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], [[20.0, 0.0, -40.0], [20.0, 0.0,
+        -40.0]]) ... )
         >>> rec.mag[:, 0]
         array([nan, 20., nan, nan, 20., nan])
         """
@@ -185,8 +194,8 @@ class Recording:
 
         Parameters
         ----------
-        frame : DataFrame of pandas (NumPy, nullable and Arrow dtypes) or polars, Table of pyarrow, or a dict of arrays. A time is
-            a column of numbers, dates or durations, or the index of pandas. Columns of vectors are taken too.
+        frame : DataFrame of pandas (NumPy, nullable and Arrow dtypes) or polars, Table of pyarrow, or a dict of arrays.
+            A time is a column of numbers, dates or durations, or the index of pandas. Columns of vectors are taken too.
         columns, units, axes, sensor, timezone, rate : as of `ahrs_rs.read`.
 
         Warns
@@ -211,9 +220,7 @@ class Recording:
         """
         from ahrs_rs.io import from_frame
 
-        return from_frame(
-            frame, columns=columns, units=units, axes=axes, sensor=sensor, timezone=timezone, rate=rate
-        )
+        return from_frame(frame, columns=columns, units=units, axes=axes, sensor=sensor, timezone=timezone, rate=rate)
 
     def __getattr__(self, name: str) -> Any:
         # Reached only where a slot is still empty: the rows of `from_streams`, on first use.
@@ -238,6 +245,11 @@ class Recording:
         return MappingProxyType({**rows, **self.others})
 
     @property
+    def has_own_clocks(self) -> bool:
+        """Whether sensors have stamps of their own, from which the rows are made."""
+        return self._own is not None
+
+    @property
     def device_quat(self) -> FloatArray | None:
         """(T, 4) orientation as the device itself estimated it, scalar-first, sensor to its earth frame, or None.
 
@@ -251,16 +263,16 @@ class Recording:
 
         Parameters
         ----------
-        rate : None takes the stamps of the gyroscope; a number of Hz regular ones from its first stamp on, with the mean of
-            the angular rate over each step.
-        interpolate : False puts a reading of the accelerometer or the magnetometer on the first stamp at or after its own
-            and NaN elsewhere: nothing is known before it was measured. True gives the line between readings.
+        rate : None takes the stamps of the gyroscope; a number of Hz regular ones from its first stamp on, with the
+            mean of the angular rate over each step.
+        interpolate : False puts a reading of the accelerometer or the magnetometer on the first stamp at or after its
+            own and NaN elsewhere: nothing is known before it was measured. True gives the line between readings.
 
         Returns
         -------
         Recording
-            With rows only. The reference is interpolated along the shortest rotation (slerp) and `temperature` along lines,
-            and nothing is interpolated over a gap (2.5 usual steps of the stream, or missing rows).
+            With rows only. The reference is interpolated along the shortest rotation (slerp) and `temperature` along
+            lines, and nothing is interpolated over a gap (2.5 usual steps of the stream, or missing rows).
         """
         own = self.streams
         clock, nominal = self.t, self.rate
@@ -268,7 +280,7 @@ class Recording:
             nominal = _checked_rate(rate, clock)
             if len(clock):
                 clock = clock[0] + np.arange(math.floor((clock[-1] - clock[0]) * nominal + 1e-9) + 1) / nominal
-        rows = {name: _row(name, own[name], clock, interpolate) for name in _COLUMNS if name in own}
+        rows: dict[str, Any] = {name: _row(name, own[name], clock, interpolate) for name in _COLUMNS if name in own}
         others = {name: one for name, one in own.items() if name not in _COLUMNS}
         return type(self)(t=clock, rate=nominal, meta=dict(self.meta), others=others, **rows)
 
@@ -283,7 +295,8 @@ class Recording:
         Returns
         -------
         Recording
-            Vectors of the sensor frame are turned, orientations (`ref`, `device_quat`) too; ``meta["remapped"]`` says so.
+            Vectors of the sensor frame are turned, orientations (`ref`, `device_quat`) too; ``meta["remapped"]`` says
+            so.
 
         Raises
         ------
@@ -319,7 +332,9 @@ class Recording:
         if self._own is not None:
             own = {name: Stream(one.t, change(name, one.values)) for name, one in self._own.items()}
             return type(self).from_streams(rate=self.rate, meta=self.meta, **own)
-        rows = {name: array if name == "t" else change(name, array) for name, array in self._arrays().items()}
+        rows: dict[str, Any] = {
+            name: array if name == "t" else change(name, array) for name, array in self._arrays().items()
+        }
         others = {name: Stream(one.t, change(name, one.values)) for name, one in self.others.items()}
         return type(self)(**rows, rate=self.rate, meta=dict(self.meta), others=others)
 
@@ -365,23 +380,22 @@ class Recording:
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz file which `ahrs_rs.read` gives back with the same arrays, rate and meta.
+        """Write a file which `ahrs_rs.read` gives back.
 
-        Values of `meta` that JSON does not know are written as text.
+        Parameters
+        ----------
+        path : the ending tells the format. .npz is exact, with the streams of sensors that have clocks of their own,
+            rate and meta (values that JSON does not know are written as text). .parquet and .csv hold the rows, with
+            units in the names of the columns; .parquet also rate and meta.
 
         Raises
         ------
         ValueError
-            If `path` does not end in .npz.
-        OSError
-            What was there is then as it was.
+            Another ending.
         """
-        path = Path(path)
-        if path.suffix.lower() != ".npz":
-            raise ValueError(f"path: expected a name that ends in .npz, got {path.name!r}")
-        meta = json.dumps(self.meta, default=str)
-        with _atomic.binary(path) as file:
-            np.savez_compressed(file, rate=np.float64(self.rate), meta=np.array(meta), **self._arrays())
+        from ahrs_rs.io import save_recording
+
+        save_recording(self, Path(path))
 
     def _arrays(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _COLUMNS if getattr(self, name) is not None}

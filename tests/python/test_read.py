@@ -258,7 +258,7 @@ def test_given_format_is_taken_and_an_unknown_one_refused(tmp_path: Path) -> Non
     assert read(str(path), format="csv").meta["format"] == "csv"
     with pytest.raises(ValueError, match=r"is not a readable \.npz file"):
         read(path, format="npz")
-    with pytest.raises(ValueError, match="format: expected one of broad, npz, parquet, repoimu, csv, got 'mat'"):
+    with pytest.raises(ValueError, match=r"format: expected one of .*npz, .*csv, got 'mat'"):
         read(path, format="mat")
 
 

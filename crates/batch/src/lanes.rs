@@ -3,11 +3,11 @@
 //! Samples are copied tile by tile into the order of the lanes, computed there, and copied back: what a tile holds stays in
 //! the cache, and each array is read and written once, in order.
 
-use crate::bank::Bank;
 use crate::recording::run_from;
 use crate::registry::Number;
 use crate::stage::{Input, Output, Stage};
 use crate::threads::{Job, Watch};
+use ahrs_rs_lanes::bank::Bank;
 
 /// Fewer recordings than this are computed one after the other: as many lanes take the time of nearly two.
 pub const WORTH_LANES: usize = 3;
@@ -32,7 +32,7 @@ pub fn run<T: Number>(bank: &mut dyn Bank<T>, jobs: &mut [&mut Job<'_, T>], watc
         let end = shortest.min(done + Stage::<T>::capacity());
         let current = inputs.get(..active).unwrap_or_default();
         stage.fill(bank, current, done, end);
-        stage.look_ahead(current, outputs.get(..active).unwrap_or_default(), end);
+        stage.plan_prefetch(current, outputs.get(..active).unwrap_or_default(), end);
         bank.run(&mut stage.rows(with_bias));
         refused.extend(stage.infinite(current, done));
         stage.write_back(bank, outputs.get_mut(..active).unwrap_or_default(), done);

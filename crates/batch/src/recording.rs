@@ -3,8 +3,8 @@
 use ndarray::{ArrayView1, ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, s};
 
 use crate::registry::Number;
-use crate::stream::{Stream, Tile};
 use crate::threads::Watch;
+use ahrs_rs_lanes::stream::{Stream, Tile};
 
 /// Samples in a tile: its buffers fit the first-level cache, and the cost of a call per tile vanishes.
 const TILE: usize = 256;
@@ -48,8 +48,11 @@ pub struct Outputs<'a, T> {
 impl Time<'_> {
     /// Appends the steps to samples `start..end`. Stamps are subtracted in `f64` before anything is rounded.
     pub fn steps<T: Number>(&self, steps: &mut Vec<T>, start: usize, end: usize) {
+        if start >= end {
+            return;
+        }
         let before = steps.len();
-        if start == 0 && end > 0 {
+        if start == 0 {
             steps.push(T::from_f64(self.first));
         }
         match &self.stamps {

@@ -1,106 +1,95 @@
 //! The filters of the core's registry, each ready to be made for `f32` and `f64`, for one recording and in lanes.
 
-use ahrs_rs::params::{ParamError, ParamSet};
-use ahrs_rs::{Estimator, Filter, FilterSpec, Real, Settings};
+use std::sync::LazyLock;
 
-use crate::bank::{Bank, bank};
-#[cfg(any(test, not(target_arch = "x86_64")))]
-use crate::simd::Portable;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::{Avx2, Avx512};
-use crate::simd::{Instructions, Isa, Vector};
-use crate::stream::Stream;
-
-type Make<T> = fn(&[f64], Settings) -> Result<Box<dyn Stream<T>>, ParamError>;
-/// A filter in lanes, if the processor has the instructions.
-pub type Made<T> = Option<Result<Box<dyn Bank<T>>, ParamError>>;
-type MakeBank<T> = fn(Isa, &[&[f64]], Settings) -> Made<T>;
+use ahrs_rs::params::ParamError;
+use ahrs_rs::{Filter, FilterSpec, Settings};
+use ahrs_rs_lanes::bank::Bank;
+use ahrs_rs_lanes::simd::Isa;
+use ahrs_rs_lanes::stream::Stream;
+use ahrs_rs_lanes::{BankCtor, StreamCtor};
 
 /// One filter of the registry.
 pub struct Entry {
     /// Its description.
     pub spec: &'static FilterSpec,
-    make_f32: Make<f32>,
-    make_f64: Make<f64>,
-    bank_f32: MakeBank<f32>,
-    bank_f64: MakeBank<f64>,
+    f32: Constructors<f32>,
+    f64: Constructors<f64>,
 }
 
-/// The floating-point types in which recordings are computed.
-pub trait Number: Real + Vector + Default {
-    /// The name of the numpy dtype.
-    const DTYPE: &'static str;
-    /// A filter of this type with the values of its parameters.
-    fn stream(entry: &Entry, values: &[f64], settings: Settings) -> Result<Box<dyn Stream<Self>>, ParamError>;
-    /// The filter in lanes, with the values of its parameters in each (choices are those of the first lane), or none where
-    /// the processor does not have the instructions.
-    fn bank(entry: &Entry, isa: Isa, sets: &[&[f64]], settings: Settings) -> Made<Self>;
+/// What makes a filter of one type; compiled in the kernel crates.
+struct Constructors<T: 'static> {
+    stream: StreamCtor<T>,
+    /// In the order of [`Isa::ALL`]; none where the lanes are not compiled.
+    banks: [Option<BankCtor<T>>; Isa::ALL.len()],
 }
 
-impl Number for f32 {
-    const DTYPE: &'static str = "float32";
-    fn stream(entry: &Entry, values: &[f64], settings: Settings) -> Result<Box<dyn Stream<f32>>, ParamError> {
-        (entry.make_f32)(values, settings)
-    }
-    fn bank(entry: &Entry, isa: Isa, sets: &[&[f64]], settings: Settings) -> Made<f32> {
-        (entry.bank_f32)(isa, sets, settings)
-    }
-}
-
-impl Number for f64 {
-    const DTYPE: &'static str = "float64";
-    fn stream(entry: &Entry, values: &[f64], settings: Settings) -> Result<Box<dyn Stream<f64>>, ParamError> {
-        (entry.make_f64)(values, settings)
-    }
-    fn bank(entry: &Entry, isa: Isa, sets: &[&[f64]], settings: Settings) -> Made<f64> {
-        (entry.bank_f64)(isa, sets, settings)
-    }
-}
-
-fn make<T: Real, F>(values: &[f64], settings: Settings) -> Result<Box<dyn Stream<T>>, ParamError>
-where
-    F: Filter<T> + Send + Sync + 'static,
-{
-    Ok(Box::new(Estimator::<T, F>::new(&F::Params::from_values(values)?, settings)))
-}
-
-/// A register of numbers of a type.
-type Register<I, T> = <I as Instructions<T>>::Vector;
-
-/// A function that makes a filter in lanes, if the processor has the instructions asked for.
-macro_rules! make_bank {
-    ($filter:ident, $real:ty) => {
-        |isa, sets, settings| match isa {
-            #[cfg(any(test, not(target_arch = "x86_64")))]
-            Isa::Portable => Some(bank::<_, _, $filter<Register<Portable, $real>>>(Portable, sets, settings)),
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => Some(bank::<_, _, $filter<Register<Avx2, $real>>>(Avx2::detect()?, sets, settings)),
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => Some(bank::<_, _, $filter<Register<Avx512, $real>>>(Avx512::detect()?, sets, settings)),
-        }
-    };
-}
-
-macro_rules! entries {
+macro_rules! specs {
     ($($filter:path),+) => {
-        /// The filters, in the order of the registry.
-        pub fn entries() -> &'static [Entry] {
-            &[$({
-                use $filter as F;
-                Entry {
-                    spec: <F<f64> as Filter<f64>>::SPEC,
-                    make_f32: make::<f32, F<f32>>,
-                    make_f64: make::<f64, F<f64>>,
-                    bank_f32: make_bank!(F, f32),
-                    bank_f64: make_bank!(F, f64),
-                }
-            }),+]
-        }
+        /// The descriptions of the filters, in the order of the registry.
+        static SPECS: &[&FilterSpec] = &[$({
+            use $filter as F;
+            <F<f64> as Filter<f64>>::SPEC
+        }),+];
     };
 }
-ahrs_rs::for_each_filter!(entries);
+ahrs_rs::for_each_filter!(specs);
+
+/// The filters, in the order of the registry. What makes them is read from statics of the kernel crates: a constructor that was
+/// named here would be compiled once more, and so would its filter in every crate into which a function of this one is inlined.
+pub static ENTRIES: LazyLock<Box<[Entry]>> = LazyLock::new(|| {
+    let singles = ahrs_rs_kernel_f32_scalar::STREAMS.iter().zip(ahrs_rs_kernel_f64_scalar::STREAMS);
+    let entries = SPECS.iter().zip(singles).enumerate().map(|(index, (&spec, (&single_f32, &single_f64)))| Entry {
+        spec,
+        f32: Constructors { stream: single_f32, banks: BANKS_F32.map(|banks| banks.get(index).copied()) },
+        f64: Constructors { stream: single_f64, banks: BANKS_F64.map(|banks| banks.get(index).copied()) },
+    });
+    entries.collect()
+});
+
+/// The banks of every filter in `f32`, in the order of [`Isa::ALL`].
+static BANKS_F32: [&[BankCtor<f32>]; Isa::ALL.len()] =
+    [ahrs_rs_kernel_f32_portable::BANKS, ahrs_rs_kernel_f32_avx2::BANKS, ahrs_rs_kernel_f32_avx512::BANKS];
+
+/// The same in `f64`.
+static BANKS_F64: [&[BankCtor<f64>]; Isa::ALL.len()] =
+    [ahrs_rs_kernel_f64_portable::BANKS, ahrs_rs_kernel_f64_avx2::BANKS, ahrs_rs_kernel_f64_avx512::BANKS];
 
 /// The filter of a name.
 pub fn entry(name: &str) -> Option<&'static Entry> {
-    entries().iter().find(|entry| entry.spec.name == name)
+    ENTRIES.iter().find(|entry| entry.spec.name == name)
 }
+
+/// The floating-point types for which every filter is compiled.
+pub trait Number: ahrs_rs_lanes::Number {
+    /// A filter of this type with the values of its parameters.
+    fn stream(entry: &Entry, values: &[f64], settings: Settings) -> Result<Box<dyn Stream<Self>>, ParamError>;
+    /// The filter in lanes, as [`BankCtor`] makes it; none where the lanes are not compiled.
+    fn bank(
+        entry: &Entry,
+        isa: Isa,
+        sets: &[&[f64]],
+        settings: Settings,
+    ) -> Option<Result<Box<dyn Bank<Self>>, ParamError>>;
+}
+
+macro_rules! number {
+    ($real:ident) => {
+        impl Number for $real {
+            fn stream(entry: &Entry, values: &[f64], settings: Settings) -> Result<Box<dyn Stream<$real>>, ParamError> {
+                (entry.$real.stream)(values, settings)
+            }
+            fn bank(
+                entry: &Entry,
+                isa: Isa,
+                sets: &[&[f64]],
+                settings: Settings,
+            ) -> Option<Result<Box<dyn Bank<$real>>, ParamError>> {
+                let index = Isa::ALL.iter().position(|&(_, known)| known == isa)?;
+                entry.$real.banks.get(index).copied()??(sets, settings)
+            }
+        }
+    };
+}
+number!(f32);
+number!(f64);

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
-use crate::ahead::{Ahead, LINE};
-use crate::bank::{Bank, Rows};
 use crate::recording::{HIDES_INFINITE, Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
-use crate::transpose::deinterleave;
+use ahrs_rs_lanes::bank::{Bank, Rows};
+use ahrs_rs_lanes::prefetch::{CACHE_LINE, PrefetchPlan};
+use ahrs_rs_lanes::transpose::deinterleave;
 
 /// Samples of each recording in a tile.
 const TILE: usize = 128;
@@ -38,7 +38,7 @@ pub struct Stage<T> {
     /// Rows of arrays whose numbers do not lie next to each other.
     scratch: Vec<T>,
     status_scratch: Vec<u8>,
-    ahead: Ahead,
+    prefetch: PrefetchPlan,
 }
 
 impl<T: Number> Stage<T> {
@@ -61,7 +61,7 @@ impl<T: Number> Stage<T> {
             steps: Vec::with_capacity(TILE * lanes),
             scratch: vec![T::zero(); ROOM * lanes],
             status_scratch: vec![0; ROOM * lanes],
-            ahead: Ahead::none(),
+            prefetch: PrefetchPlan::new(),
         }
     }
 
@@ -106,20 +106,20 @@ impl<T: Number> Stage<T> {
         self.steady = steady && (self.steady || rows == TILE);
     }
 
-    /// Has the memory of the tile from sample `start` on asked for while the next `rows` are computed.
-    pub fn look_ahead(&mut self, inputs: &[Input<'_, T>], outputs: &[Output<'_, T>], start: usize) {
-        self.ahead.clear();
+    /// Plans to prefetch the memory of the tile from sample `start` on while the next `rows` are computed.
+    pub fn plan_prefetch(&mut self, inputs: &[Input<'_, T>], outputs: &[Output<'_, T>], start: usize) {
+        self.prefetch.clear();
         let part = start..start + TILE;
         for input in inputs {
             for source in [Some(&input.gyr), input.acc.as_ref(), input.mag.as_ref()].into_iter().flatten() {
-                self.ahead.add(source.flat(part.clone()));
+                self.prefetch.add(source.flat(part.clone()));
             }
         }
         for output in outputs {
-            self.ahead.add(output.quat.flat(part.clone()));
-            self.ahead.add(output.status.flat(part.clone()));
+            self.prefetch.add(output.quat.flat(part.clone()));
+            self.prefetch.add(output.status.flat(part.clone()));
             if let Some(bias) = &output.gyr_bias {
-                self.ahead.add(bias.flat(part.clone()));
+                self.prefetch.add(bias.flat(part.clone()));
             }
         }
     }
@@ -150,7 +150,7 @@ impl<T: Number> Stage<T> {
             quat: self.quat.get_mut(4 * lanes * rows),
             gyr_bias: with_bias.then_some(self.gyr_bias.get_mut(3 * lanes * rows)),
             status: self.status.get_mut(lanes * rows),
-            ahead: &self.ahead,
+            prefetch: &self.prefetch,
         }
     }
 
@@ -290,9 +290,9 @@ struct Aligned<E> {
 
 impl<E: Copy> Aligned<E> {
     fn new(len: usize, fill: E) -> Self {
-        let spare = LINE / size_of::<E>();
+        let spare = CACHE_LINE / size_of::<E>();
         let values = vec![fill; len + spare];
-        let start = values.as_ptr().align_offset(LINE).min(spare);
+        let start = values.as_ptr().align_offset(CACHE_LINE).min(spare);
         Aligned { values, start }
     }
 

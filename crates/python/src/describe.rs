@@ -3,14 +3,14 @@
 use ahrs_rs::filter::{Equivariance, FilterSpec, Magnetometer};
 use ahrs_rs::params::{ParamKind, is_index};
 use ahrs_rs::{Frame, GyrHold};
-use ahrs_rs_batch::{OFFLINE, entries};
+use ahrs_rs_batch::{ENTRIES, OFFLINE};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 /// The descriptions of all filters, in the order of the registry, the offline ones last.
 #[pyfunction]
 pub fn registry(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let streaming = entries().iter().map(|entry| (entry.spec, true));
+    let streaming = ENTRIES.iter().map(|entry| (entry.spec, true));
     let offline = OFFLINE.iter().map(|entry| (entry.spec, false));
     streaming.chain(offline).map(|(spec, streaming)| describe(py, spec, streaming)).collect()
 }

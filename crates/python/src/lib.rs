@@ -18,6 +18,16 @@ use pyo3::prelude::*;
 /// The compiled core of `ahrs_rs`.
 #[pymodule(gil_used = false)]
 mod _native {
+    use pyo3::exceptions::PyImportError;
+    use pyo3::prelude::*;
+
+    /// Refuses to load where the environment names instructions that are not there; else tells which are used.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let isa = ahrs_rs_batch::isa::chosen().map_err(PyImportError::new_err)?;
+        module.add("INSTRUCTIONS", isa.map_or("scalar", ahrs_rs_batch::Isa::name))
+    }
+
     #[pymodule_export]
     use super::arrays::all_float32;
     #[pymodule_export]

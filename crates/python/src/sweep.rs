@@ -1,7 +1,7 @@
 //! Sweeps over parameter sets: from Python's arrays to the batch engine and back.
 
+use ahrs_rs_batch::isa;
 use ahrs_rs_batch::metric::Metric;
-use ahrs_rs_batch::simd::Isa;
 use ahrs_rs_batch::sweep::{Sweep, Trial, sweep};
 use ahrs_rs_batch::{Recording, Time};
 use ndarray::Axis;
@@ -91,7 +91,8 @@ pub fn run_sweep<'py, T: Dtype>(
     let entry = recipe.streaming()?;
     let checked = trials.iter().map(Checked::<T>::new).collect::<PyResult<Vec<_>>>()?;
     let trials = checked.iter().map(Checked::trial).collect::<PyResult<Vec<_>>>()?;
-    let plan = Sweep { entry, sets, settings: recipe.settings, metric, isa: Isa::fastest(), threads };
+    let plan =
+        Sweep { entry, sets, settings: recipe.settings, metric, isa: isa::chosen().unwrap_or_default(), threads };
     let samples = trials.iter().map(|trial| trial.reference.len() * sets.len()).sum();
     let (errors, error) = watched(py, samples, progress, |watch| sweep(&plan, &trials, watch))?;
     let errors = errors.map_err(|error| PyValueError::new_err(error.to_string()))?;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import difflib
 import itertools
 import math
@@ -15,7 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import _atomic, io, metrics
+from ahrs_rs import _atomic, metrics
 from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
@@ -142,23 +143,6 @@ def _hint(name: str, known: Iterable[str]) -> str:
     by_name = {one.lower(): one for one in known}
     close = difflib.get_close_matches(name.lower(), by_name, n=1)
     return f" (did you mean {by_name[close[0]]}?)" if close else ""
-
-
-def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Options of how a file is read."""
-    group = parser.add_argument_group("reading")
-    group.add_argument(
-        "--format",
-        choices=list(io.FORMATS),
-        metavar="NAME",
-        help="of the file: %(choices)s (default: found from its content)",
-    )
-    group.add_argument(
-        "--rate",
-        type=positive,
-        metavar="HZ",
-        help="sampling rate, for a file without times, or in place of its times",
-    )
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
@@ -321,6 +305,13 @@ def magnetometer(recording: Recording, settings: Settings) -> NDArray[np.float64
     return None if settings.six_axes else recording.mag
 
 
+def measurements(recording: Recording, settings: Settings) -> Recording:
+    """What a filter is to be given of a recording: without the magnetometer, if that is to be left out."""
+    if not settings.six_axes or recording.mag is None:
+        return recording
+    return dataclasses.replace(recording, mag=None)
+
+
 def score_frame(recording: Recording, settings: Settings) -> str:
     """The earth frame of the recording's reference: the one that it names, or else that of the settings."""
     named = recording.meta.get("ref_frame")
@@ -338,10 +329,6 @@ def scored(recording: Recording) -> int:
 def notes(recording: Recording, settings: Settings, aligner: Aligner = UNALIGNED) -> list[str]:
     """What must be known to judge the errors of the recording's estimates."""
     found = []
-    assumed = recording.meta.get("assumed_units")
-    if assumed:
-        units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
-        found.append(f"no unit is stated, taken as {units}")
     if scored(recording):
         frame = recording.meta.get("ref_frame")
         if frame is not None and frame not in FRAMES and aligner.earth == "none":

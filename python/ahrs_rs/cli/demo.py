@@ -75,7 +75,7 @@ def demo(args: argparse.Namespace) -> int:
 
     best = comparison.best()
     f = best.make(recording.rate, settings)
-    est = f.run(recording.gyr, recording.acc, recording.mag, t=recording.t)
+    est = f.run(recording)
     outputs: Writers = {
         recording_file: recording.save,
         orientation_file: lambda path: write_estimate(path, est.t, est.quat, est.gyr_bias, est.status),

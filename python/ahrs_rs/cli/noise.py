@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ahrs_rs import _atomic, io, plots
+from ahrs_rs import _atomic, plots
 from ahrs_rs.calibration.allan import Coefficient
 from ahrs_rs.calibration.noise import AXES, Noise, noise
 from ahrs_rs.calibration.rest import Rest, find_rest
-from ahrs_rs.cli import _common
+from ahrs_rs.cli import _common, _reading
 from ahrs_rs.cli._common import CliError, Commands, Writers
 from ahrs_rs.recording import Recording
 
@@ -55,7 +55,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write everything (.json)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the Allan deviations (needs matplotlib)")
-    _common.add_reading(parser)
+    _reading.add_reading(parser)
 
 
 def noise_command(args: argparse.Namespace) -> int:
@@ -69,7 +69,7 @@ def noise_command(args: argparse.Namespace) -> int:
         except ValueError as error:
             raise CliError(f"--plot: {error}") from None
     _common.check_outputs({"-o": args.output, "--plot": args.plot}, [args.file])
-    recording = io.read(args.file, format=args.format, rate=args.rate)
+    recording = _reading.read(args.file, args)
     rest = find_rest(recording) if args.static is None else _given(recording, *args.static)
     result = noise(recording, rest)
     lines = [*_head(recording, result), "", *_table(result), "", *_parameters(result)]
@@ -112,16 +112,10 @@ def _head(recording: Recording, result: Noise) -> list[str]:
     biases = zip(result.bias.value, result.bias.standard_error, strict=True)
     bias = " ".join(f"{value:.4g}±{error:.2g}" for value, error in biases)
     lines = [
-        ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(result.sensors)})"),
-        ("samples", f"{len(recording)} in {recording.duration:.6g} s, {recording.rate:.6g} Hz"),
-        *(("repaired", repair) for repair in recording.meta["repairs"]),
+        *_reading.head(recording, list(result.sensors)),
         ("rest", phases),
         ("gyr bias", f"{bias} rad/s"),
     ]
-    assumed = recording.meta.get("assumed_units")
-    if assumed:
-        units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
-        lines.append(("note", f"no unit is stated, taken as {units}"))
     return [f"{key:<10} {text}" for key, text in lines]
 
 

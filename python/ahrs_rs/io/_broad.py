@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._contents import Options, SensorData, one_line, require
+from . import _hdf5
+from ._contents import Options, SensorData
 from ._source import Source
 
 #: Stream -> data set of the file.
@@ -22,17 +23,16 @@ def sniff(source: Source) -> bool:
 
 def load(source: Source, options: Options) -> dict[str, SensorData]:
     """Read a BROAD trial."""
-    h5py = require("h5py")
-    try:
-        with source.file() as path, h5py.File(path, "r") as file:
-            if DATASETS["gyr"] not in file:
-                raise ValueError(f"is not a BROAD trial: no data set 'imu_gyr' among {sorted(file)}")
-            if "sampling_rate" not in file.attrs:
-                raise ValueError("is not a BROAD trial: no attribute 'sampling_rate'")
-            streams: dict[str, Any] = {name: (None, file[key][()]) for name, key in DATASETS.items() if key in file}
-            meta: dict[str, Any] = {"units": {"gyr": "rad/s", "acc": "m/s²", "mag": "µT"}, "ref_frame": "ENU"}
-            if "info" in file.attrs:
-                meta["info"] = str(file.attrs["info"])
-            return {"imu": SensorData(streams, rate=float(file.attrs["sampling_rate"]), meta=meta)}
-    except (OSError, RuntimeError, TypeError, KeyError) as error:
-        raise ValueError(f"is not a readable HDF5 file: {one_line(error)}") from error
+    with _hdf5.opened(source) as file:
+        if DATASETS["gyr"] not in file:
+            names = ", ".join(map(repr, sorted(file)))
+            raise ValueError(f"is not a BROAD trial: no data set 'imu_gyr' among {names[:200]}")
+        if "sampling_rate" not in file.attrs:
+            raise ValueError("is not a BROAD trial: no attribute 'sampling_rate'")
+        streams: dict[str, Any] = {
+            name: (None, _hdf5.array(file[key])) for name, key in DATASETS.items() if key in file
+        }
+        meta: dict[str, Any] = {"units": {"gyr": "rad/s", "acc": "m/s²", "mag": "µT"}, "ref_frame": "ENU"}
+        if "info" in file.attrs:
+            meta["info"] = str(file.attrs["info"])
+        return {"imu": SensorData(streams, rate=float(file.attrs["sampling_rate"]), meta=meta)}

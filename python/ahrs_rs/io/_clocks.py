@@ -10,7 +10,8 @@ from ._contents import FloatArray
 #: A stamp that falls back by more steps than this is no jitter but an outlier, or, where as many stamps stay
 #: behind, a clock that started anew.
 JITTER_STEPS = 10
-#: A step that is longer than so many usual ones leaves a hole; one that is shorter than so many is shared by two clocks.
+#: A step that is longer than so many usual ones leaves a hole; one that is shorter than so many is shared by two
+#: clocks.
 HOLE, SHORT = 1.75, 0.5
 
 
@@ -22,7 +23,8 @@ def ordered(t: FloatArray, repairs: list[str], name: str = "t") -> tuple[FloatAr
     3. A single stamp far ahead of both neighbours takes the time before it.
     4. A far fall that the next stamps do not make good is a clock that started anew: the stamps from there on
        are shifted, so that they continue with the median step.
-    5. A stamp that is then still far behind holds the time before it; the others are sorted. Where stamps were missing, all
+    5. A stamp that is then still far behind holds the time before it; the others are sorted. Where stamps were missing,
+    all
        that decrease hold the time before.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Which columns of a table are taken: for each sensor and quantity one for every axis, and the clocks to choose from."""
+"""Which columns of a table are taken: of each sensor and quantity one for every axis; and clocks to choose from."""
 
 from __future__ import annotations
 
@@ -13,8 +13,29 @@ from ._units import ASSUMED, SIZELESS, UNITS, conversion, unit_key
 
 #: Names of a column that says which of several sensors a row is of.
 INSTANCES = frozenset(
-    "i instance imu imu_id sensor sensor_id sensorid sensor_name device device_id deviceid device_name devicename imu_no imu_index "
-    "sensor_index sensor_no node node_id mac address".split()
+    [
+        "i",
+        "instance",
+        "imu",
+        "imu_id",
+        "sensor",
+        "sensor_id",
+        "sensorid",
+        "sensor_name",
+        "device",
+        "device_id",
+        "deviceid",
+        "device_name",
+        "devicename",
+        "imu_no",
+        "imu_index",
+        "sensor_index",
+        "sensor_no",
+        "node",
+        "node_id",
+        "mac",
+        "address",
+    ]
 )
 #: Quantities of which at least one is needed.
 SENSORS = ("gyr", "acc", "mag")
@@ -86,8 +107,8 @@ def choose(
     Raises
     ------
     ValueError
-        A quantity with missing axes, several columns for one axis, several readings between which nothing decides, mixed
-        units, or a unit that is not known.
+        A quantity with missing axes, several columns for one axis, several readings between which nothing decides,
+        mixed units, or a unit that is not known.
     """
     given = _given(headers, options)
     taken = {column.index for columns in given.values() for column in columns}
@@ -111,7 +132,9 @@ def choose(
     _choose_sensors(made, readings, given)
     times = given.get("t") or [column for column in columns if column.quantity == "t"]
     made.clocks = _clocks(times) if "t" not in given else [Clock(tuple(times))] if times else []
-    made.instance = next((Column(i, one, "instance", 0, "") for i, one in enumerate(headers) if _is_instance(one)), None)
+    made.instance = next(
+        (Column(i, one, "instance", 0, "") for i, one in enumerate(headers) if _is_instance(one)), None
+    )
     return made
 
 
@@ -245,8 +268,8 @@ def _best(quantity: str, groups: list[dict[int, list[Column]]], passed: list[str
                 raise ValueError(f"columns {one!r} and {other!r} are the same quantity and axis{_option(quantity)}")
             return []
         for columns in ranked[1:]:
-            names = ", ".join(column.header for column in columns)
-            passed.append(f"{quantity}: {names} not taken, but {best[0].header} and its axes")
+            listed = ", ".join(column.header for column in columns)
+            passed.append(f"{quantity}: {listed} not taken, but {best[0].header} and its axes")
     return best
 
 
@@ -262,7 +285,7 @@ def _rank(columns: list[Column]) -> tuple[int, int, int]:
 
 
 def _refuse_units(columns: list[Column], quantity: str) -> None:
-    """The error for a unit that is not known; temperature and others of one column are left out where it is a mere suffix."""
+    """The error for a unit that is not known; of one column, as a temperature, it may be a mere suffix: no error."""
     column = next(column for column in columns if not column.known)
     if len(AXES[quantity]) == 1 and not column.bracketed:
         return
@@ -309,7 +332,9 @@ def _size(column: Column) -> float:
 
 def _stem(column: Column) -> str:
     """The name without the unit: header.stamp of header.stamp.secs."""
-    return re.sub(r"[^a-z0-9]+$", "", re.sub(rf"{re.escape(column.unit.lower())}\W*$", "", column.header.strip().lower()))
+    return re.sub(
+        r"[^a-z0-9]+$", "", re.sub(rf"{re.escape(column.unit.lower())}\W*$", "", column.header.strip().lower())
+    )
 
 
 def _preference(clock: Clock) -> tuple[int, int, int]:
@@ -319,7 +344,19 @@ def _preference(clock: Clock) -> tuple[int, int, int]:
         place = 9
     elif words & {"header", "sensor", "sample", "boot", "reboot", "chip"}:
         place = 0
-    elif words & {"date", "rtc", "local", "logging", "publish", "receive", "received", "log", "host", "server", "arrival"}:
+    elif words & {
+        "date",
+        "rtc",
+        "local",
+        "logging",
+        "publish",
+        "receive",
+        "received",
+        "log",
+        "host",
+        "server",
+        "arrival",
+    }:
         place = 5
     elif words & {"epoch", "unix", "utc", "datetime", "system", "tow"}:
         place = 4

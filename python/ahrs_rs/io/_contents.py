@@ -16,18 +16,23 @@ FloatArray: TypeAlias = NDArray[np.float64]
 TOLD = ("assumed", "repairs", "ignored", "lost", "doubts")
 
 
+#: Characters of another library's message.
+LONGEST = 300
+
+
 @dataclass(slots=True)
 class SensorData:
     """What a file holds of one sensor, before any repair.
 
     Parameters
     ----------
-    streams : name -> (t, values). Times in s on the sensor's own clock, all from one origin, as they were recorded: unsorted
-        and with NaN where they are missing; None where the file states a rate only. Streams of one clock share one array.
-        Values are float64 in the units of `Recording`: gyr (n, 3) rad/s, acc (n, 3) m/s² specific force, mag (n, 3) µT or
-        normalised (then ``meta["units"]["mag"]`` is "normalised"), temperature (n,) °C, ref and device_quat (n, 4)
-        scalar-first from the sensor to the earth frame, mask (n,) bool; pressure Pa, linear_acceleration m/s² (without
-        gravity, which is not acc), heading rad, velocity m/s, and any other name in SI units. NaN is no measurement.
+    streams : name -> (t, values). Times in s on the sensor's own clock, all from one origin, as they were recorded:
+        unsorted and with NaN where they are missing; None where the file states a rate only. Streams of one clock share
+        one array. Values are float64 in the units of `Recording`: gyr (n, 3) rad/s, acc (n, 3) m/s² specific force, mag
+        (n, 3) µT or normalised (then ``meta["units"]["mag"]`` is "normalised"), temperature (n,) °C, ref and
+        device_quat (n, 4) scalar-first from the sensor to the earth frame, mask (n,) bool; pressure Pa,
+        linear_acceleration m/s² (without gravity, which is not acc), heading rad, velocity m/s, and any other name in
+        SI units. NaN is no measurement.
     rate : Hz, as the file states it; None where it is to be found from the stamps.
     meta : what else is known, JSON only:
 
@@ -35,8 +40,8 @@ class SensorData:
         - axes: those of the device, such as "front-right-down"; clock: what the stamps are, where not the sensor's own
         - ref_frame, device_frame: the earth frames of ref and device_quat ("ENU", "NED", "NWU", or in words)
         - start: the time of t = 0, ISO 8601 in UTC, where it is known
-        - lists of sentences: assumed (what this file leaves open), repairs, ignored (what looks like a sensor and was left
-          out), lost (packets, samples), doubts
+        - lists of sentences: assumed (what this file leaves open), repairs, ignored (what looks like a sensor and was
+          left out), lost (packets, samples), doubts
     """
 
     streams: dict[str, tuple[Any, Any]]
@@ -103,5 +108,6 @@ def require(module: str, extra: str = "io") -> Any:
 
 
 def one_line(error: BaseException) -> str:
-    """The message of another library's error, on one line."""
-    return " ".join(str(error).split()) or type(error).__name__
+    """The message of another library's error, on one line, with as much of it as can be read."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -30,9 +30,9 @@ Times = dict[int, tuple[FloatArray, NDArray[np.intp] | None]]
 def finish(data: SensorData, path: str, format: str, options: Options, *, convert: bool) -> Recording:
     """A `Recording` of what a reader found, with every change told in `meta`.
 
-    Infinite values and impossible orientations become NaN, times are put in order, a sensor without any reading counts as
-    absent. Nothing else is added or removed. `convert`: the units of the options are still to be applied, as the reader has
-    not done it.
+    Infinite values and impossible orientations become NaN, times are put in order, a sensor without any reading counts
+    as absent. Nothing else is added or removed. `convert`: the units of the options are still to be applied, as the
+    reader has not done it.
 
     Raises
     ------
@@ -84,6 +84,8 @@ def _count_by(rate: float, data: SensorData) -> None:
 
 def _cleaned(name: str, values: Any, repairs: list[str]) -> NDArray[Any]:
     array = np.asarray(values)
+    if not array.ndim:
+        raise ValueError(f"{name}: expected a value a sample, got one alone")
     if name == "mask":
         return array
     if array.dtype.kind not in "fiub":
@@ -152,7 +154,7 @@ def _recording(streams: dict[str, Stream], data: SensorData) -> Recording:
     if len(clocks) > 1 or not any(name in ROWS for name in streams):
         kept = {name: one if name in ("gyr", "mask") else one.present() for name, one in streams.items()}
         return Recording.from_streams(rate=data.rate, meta=data.meta, **kept)
-    rows = {name: one.values for name, one in streams.items() if name in ROWS}
+    rows: dict[str, Any] = {name: one.values for name, one in streams.items() if name in ROWS}
     others = {name: one.present() for name, one in streams.items() if name not in ROWS}
     clock = next(iter(streams.values())).t
     rate = math.nan if data.rate is None else data.rate
@@ -176,14 +178,15 @@ def _refuse_implausible(made: Recording, data: SensorData, options: Options) -> 
             found.append(("t", wrong_rate, _plausible.likely_time_unit(made.rate)))
     if found:
         raise ValueError(_refusal(found, data.meta.get("units", {})))
-    unit = data.meta.get("assumed_units", {}).get("gyr")
-    if unit and "acc" in made.streams and made.gyr is not None and made.acc is not None:
-        if _plausible.looks_like_degrees(made.gyr, made.acc, made.t):
-            data.say(
-                "doubts",
-                "gyr: the accelerometer turns by π/180 of the angular rate, which looks like deg/s: units={'gyr': 'deg/s'} "
-                "(--units gyr=deg/s)",
-            )
+    assumed = "gyr" in data.meta.get("assumed_units", {})
+    if (
+        assumed
+        and made.gyr is not None
+        and made.acc is not None
+        and (_plausible.looks_like_degrees(made.gyr, made.acc, made.t))
+    ):
+        said = "gyr: the accelerometer turns by π/180 of the angular rate, which looks like deg/s"
+        data.say("doubts", f"{said}: units={{'gyr': 'deg/s'}} (--units gyr=deg/s)")
 
 
 def _doubtful(name: str, streams: Mapping[str, Stream], data: SensorData) -> tuple[str, str | None] | None:

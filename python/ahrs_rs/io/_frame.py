@@ -55,7 +55,9 @@ def _columns(frame: Any) -> dict[str, Any]:
     if library == "pandas" and hasattr(frame, "columns"):
         columns = {str(name): frame.iloc[:, k] for k, name in enumerate(frame.columns)}
         index = frame.index
-        if getattr(index, "nlevels", 1) == 1 and (index.name is not None or str(index.dtype)[:4] in ("date", "time", "dura")):
+        if getattr(index, "nlevels", 1) == 1 and (
+            index.name is not None or str(index.dtype)[:4] in ("date", "time", "dura")
+        ):
             columns.setdefault(str(index.name) if index.name is not None else INDEX, index)
         return columns
     if library == "polars" and hasattr(frame, "collect"):  # a LazyFrame
@@ -66,7 +68,9 @@ def _columns(frame: Any) -> dict[str, Any]:
         return {name: frame.column(k) for k, name in enumerate(frame.column_names)}
     if isinstance(frame, Mapping):
         return {str(name): np.asarray(column) for name, column in frame.items()}
-    raise TypeError(f"frame: expected a data frame of pandas, polars or pyarrow, or a mapping of columns, got {type(frame).__name__}")
+    raise TypeError(
+        f"frame: expected a data frame of pandas, polars or pyarrow, or a dict of columns, got {type(frame).__name__}"
+    )
 
 
 def _width(column: Any) -> int:
@@ -74,9 +78,9 @@ def _width(column: Any) -> int:
     if isinstance(column, np.ndarray):
         return column.shape[1] if column.ndim == 2 else 1
     kind = str(getattr(column, "dtype", getattr(column, "type", "")))
-    if kind.startswith(("Array", "List", "fixed_size_list", "list", "large_list", "extension<arrow.fixed_shape_tensor")) or (
-        kind == "object" and len(column) and isinstance(_first(column), (list, tuple, np.ndarray))
-    ):
+    if kind.startswith(
+        ("Array", "List", "fixed_size_list", "list", "large_list", "extension<arrow.fixed_shape_tensor")
+    ) or (kind == "object" and len(column) and isinstance(_first(column), (list, tuple, np.ndarray))):
         return int(np.shape(vectors("column", column.head(1) if hasattr(column, "head") else column.slice(0, 1)))[-1])
     return 1
 

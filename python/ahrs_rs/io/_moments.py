@@ -130,4 +130,4 @@ def _from_zone(moments: NDArray[np.datetime64], zone: str | None) -> NDArray[np.
         local = hour.astype("datetime64[s]").astype(datetime.datetime).replace(tzinfo=info)
         offsets[hour] = np.timedelta64(int((local.utcoffset() or datetime.timedelta()).total_seconds()), "s")
     shift = np.array([offsets.get(hour, np.timedelta64(0, "s")) for hour in hours], dtype="timedelta64[s]")
-    return moments - shift
+    return np.asarray(moments - shift)

@@ -1,8 +1,8 @@
 """What the name of a column tells: quantity, axis, unit, and of which sensor.
 
-A name is split into words: at signs, at capital letters, and where a sensor's name meets an axis (GyrX, xacc). The words for a
-quantity are looked for; what stands before them is the owner (left_foot_gyro_x), what stands between or behind is the axis, the
-unit (acc_x_g, gyro_rad[0]), or a kind (raw, filtered, wide range). Units in brackets go before.
+A name is split into words: at signs, at capital letters, and where a sensor's name meets an axis (GyrX, xacc). The
+words for a quantity are looked for; what stands before them is the owner (left_foot_gyro_x), what stands between or
+behind is the axis, the unit (acc_x_g, gyro_rad[0]), or a kind (raw, filtered, wide range). Units in brackets go before.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ._units import SIZELESS, UNITS, is_unit, plain, unit_key, written
+from ._vocabulary import PHRASES, TIMES
 
 #: Quantity -> labels of its axes, "" for a quantity of one column.
 AXES: dict[str, tuple[str, ...]] = {
@@ -29,36 +30,26 @@ AXES: dict[str, tuple[str, ...]] = {
     "heading": ("",),
 }
 
-#: Quantity -> its words, each phrase separated by |. Longer ones go first.
-_PHRASES: dict[str, str] = {
-    "gyr": "gyr|gyro|gyros|gyroscope|gyrometer|angular velocity|angular rate|angular speed|angvel|ang vel|rotation rate|rot rate|"
-    "rate of turn|turn rate|rotationrate|angularvelocity|angular vel|omega|imugyro|gyroscopes|body rate|gyro rate|rotation",
-    "acc": "acc|accel|acce|accelerometer|acceleration|specific force|specificforce|accelerometers|accelerations|"
-    "total acceleration|acceleration including gravity|acceleration with gravity|accelerometer acceleration|alpha|g force|gforce",
-    "linear_acceleration": "linear acceleration|linear accel|linear acc|lin acc|linacc|lin accel|user acceleration|user acc|"
-    "user accel|linearacceleration|linear accelerometer|acceleration without gravity|free acceleration|free acc|lia|"
-    "world linear acceleration|dynamic acceleration",
-    "gravity": "gravity|grav|gravity vector|grv",
-    "mag": "mag|magn|magneto|magnetometer|magnetic field|magnetic|magfield|mag field|magneticfield|compass|magnetometers",
-    "quat": "q|quat|quaternion|orientation|ori|rotation vector|attitude quaternion|quaternions|orientation quaternion|rotation quat|"
-    "orientation quat",
-    "pressure": "pressure|baro pressure|barometer|press|barometric pressure|air pressure",
-    "temperature": "temp|temperature|imu temp|degc|deg c|sensor temp|imu degc|imu temperature|gyro temp|acc temp",
-    "heading": "heading|compass heading|magnetic heading",
-    "mask": "mask|movement|moving",
-}
-_PHRASE_WORDS: dict[tuple[str, ...], str] = {
-    tuple(phrase.split()): quantity for quantity, phrases in _PHRASES.items() for phrase in phrases.split("|")
-}
+#: Phrase -> its quantity.
+_PHRASE_WORDS = {phrase: quantity for quantity, phrases in PHRASES.items() for phrase in phrases}
 _LONGEST = max(map(len, _PHRASE_WORDS))
 
 #: Quantity -> words that are its own, and so no owner.
-_OWN_WORDS = {
-    quantity: frozenset(word for phrase in phrases.split("|") for word in phrase.split()) for quantity, phrases in _PHRASES.items()
-}
+_OWN_WORDS = {quantity: frozenset(sum(phrases, ())) for quantity, phrases in PHRASES.items()}
 
 #: Single letters with an axis (gx, a_y): only where nothing else stands before them but a device's name.
-_LETTERS = {"g": "gyr", "w": "gyr", "a": "acc", "f": "acc", "m": "mag", "h": "mag", "b": "mag", "ac": "acc", "gy": "gyr", "q": "quat"}
+_LETTERS = {
+    "g": "gyr",
+    "w": "gyr",
+    "a": "acc",
+    "f": "acc",
+    "m": "mag",
+    "h": "mag",
+    "b": "mag",
+    "ac": "acc",
+    "gy": "gyr",
+    "q": "quat",
+}
 #: Names that only whole programs use.
 _EXACT = {
     "gfx": ("acc", 0, "g"),
@@ -77,31 +68,113 @@ _EXACT = {
 
 #: What a column of a sensor may be that is no reading of it.
 _NO_READING = frozenset(
-    "covariance cov bias offset scale gain std stddev sigma var variance noise error err relative clipping clip count counter integral id "
-    "status calibration cal_count accuracy acc_accuracy valid flag timestamp_relative range delta dt health quality uncertainty "
-    "magnitude norm rms mean min max length saturated saturation rate_hz freq frequency samples sn serial type name mode angle "
-    "ref_x setpoint sp target cmd command correction drift residual diff tilt increment dq dv".split()
+    [
+        "covariance",
+        "cov",
+        "bias",
+        "offset",
+        "scale",
+        "gain",
+        "std",
+        "stddev",
+        "sigma",
+        "var",
+        "variance",
+        "noise",
+        "error",
+        "err",
+        "relative",
+        "clipping",
+        "clip",
+        "count",
+        "counter",
+        "integral",
+        "id",
+        "status",
+        "calibration",
+        "cal_count",
+        "accuracy",
+        "acc_accuracy",
+        "valid",
+        "flag",
+        "timestamp_relative",
+        "range",
+        "delta",
+        "dt",
+        "health",
+        "quality",
+        "uncertainty",
+        "magnitude",
+        "norm",
+        "rms",
+        "mean",
+        "min",
+        "max",
+        "length",
+        "saturated",
+        "saturation",
+        "rate_hz",
+        "freq",
+        "frequency",
+        "samples",
+        "sn",
+        "serial",
+        "type",
+        "name",
+        "mode",
+        "angle",
+        "ref_x",
+        "setpoint",
+        "sp",
+        "target",
+        "cmd",
+        "command",
+        "correction",
+        "drift",
+        "residual",
+        "diff",
+        "tilt",
+        "increment",
+        "dq",
+        "dv",
+    ]
 )
 #: Kinds of a reading that is not as the sensor gave it; the higher the number, the later it is taken.
-_KINDS = {"raw": 2, "uncal": 2, "uncalibrated": 2, "unbiased": 0, "filtered": 1, "filt": 1, "lpf": 1, "smooth": 1, "lp": 1, "hp": 2}
-_TRUTH = frozenset("ref reference truth true gt groundtruth opt optical vicon mocap optitrack qualisys".split())
-_DEVICE = re.compile(r"(?:imu|sensor|marg|mpu|lsm|icm|bno|bmi|ahrs|ins|data|field|msg|raw|calibrated|cal|s|i|body|b)\d*")
-
-_TIME_NAMES = (
-    "t|time|times|timestamp|timestamps|time stamp|time stamps|elapsed|elapsed time|time elapsed|sample time|stamp|datetime|date time|"
-    "ts|sample timestamp|sensor timestamp|unix time|unix timestamp|epoch|epoch time|unixtime|utc|utc time|time utc|system time|sys time|"
-    "device time|local time|seconds elapsed|elapsed seconds|sec|secs|seconds|ms|us|ns|msec|usec|nsec|millis|micros|nanos|"
-    "milliseconds|microseconds|nanoseconds|millisecond|timeus|timems|time boot|boot time|imu time|host time|gps time|ros time|"
-    "timestamp unix|unix|rtc time|rtctime|rtcdate|rtc date|date|tick|ticks|clock|recording time|package time|packet time|chip time|"
-    "chiptime|header stamp|logging time|loggingtime|timestamp sensor|sampletimefine|sample time fine|timestamp device|time since reboot|"
-    "motion timestamp since reboot|timestamp since reboot|accelerometer timestamp since reboot|gyro timestamp since reboot|record time|"
-    "log time|time of day|timeofday|message time|publish time|server time|time of validity|tow|gps tow|elapsedtime|runtime|run time|"
-    "uptime|up time|sampletime|timestamp ms|timestamp us|timestamp ns|since start|time since start|recording timestamp|receive time|"
-    "received|arrival time|relative time|time relative|time delta|abs time"
+_KINDS = {
+    "raw": 2,
+    "uncal": 2,
+    "uncalibrated": 2,
+    "unbiased": 0,
+    "filtered": 1,
+    "filt": 1,
+    "lpf": 1,
+    "smooth": 1,
+    "lp": 1,
+    "hp": 2,
+}
+_TRUTH = frozenset(
+    [
+        "ref",
+        "reference",
+        "truth",
+        "true",
+        "gt",
+        "groundtruth",
+        "opt",
+        "optical",
+        "vicon",
+        "mocap",
+        "optitrack",
+        "qualisys",
+    ]
 )
-_TIMES = {tuple(name.split()) for name in _TIME_NAMES.split("|")}
+_DEVICE = re.compile(
+    r"(?:imu|sensor|marg|mpu|lsm|icm|bno|bmi|ahrs|ins|data|field|msg|raw|calibrated|cal|s|i|body|b)\d*"
+)
 
-_BRACKETS = re.compile(r"(?P<name>[^()\[\]{}]*(?:\[\d\])?[^()\[\]{}]*)[(\[{](?P<unit>[^()\[\]{}]*(?:\([^()]*\)[^()\[\]{}]*)?)[)\]}]\s*")
+_BRACKETS = re.compile(
+    r"(?P<name>[^()\[\]{}]*(?:\[\d\])?[^()\[\]{}]*)[(\[{](?P<unit>[^()\[\]{}]*(?:\([^()]*\)[^()\[\]{}]*)?)[)\]}]\s*"
+)
 _WORD = re.compile(r"[a-z]+|\d+")
 _GLUED = re.compile(
     r"(?P<before>[xyz])?(?P<name>gyroscope|gyros|gyro|gyr|accelerometer|acceleration|accel|acce|acc|magnetometer|magneto|magn|mag|"
@@ -166,10 +239,23 @@ def parse(index: int, header: str, *, hint: str = "") -> Column | None:
 def looks_like_sensor(header: str) -> bool:
     """Whether a name that was not taken speaks of a sensor or an orientation."""
     words = set(split(header)[0])
-    known = {"gyr", "gyro", "gyroscope", "acc", "accel", "accelerometer", "acceleration", "mag", "magnetometer", "magnetic"}
+    known = {
+        "gyr",
+        "gyro",
+        "gyroscope",
+        "acc",
+        "accel",
+        "accelerometer",
+        "acceleration",
+        "mag",
+        "magnetometer",
+        "magnetic",
+    }
     if words & _NO_READING:
         return False
-    return bool(words & (known | {"quat", "quaternion", "angular", "omega", "roll", "pitch", "yaw", "orientation", "rotation"}))
+    return bool(
+        words & (known | {"quat", "quaternion", "angular", "omega", "roll", "pitch", "yaw", "orientation", "rotation"})
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -217,7 +303,7 @@ def _clock(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | None:
         if cut and not _DEVICE.fullmatch(words[0]):
             break
         rest, own = _without_unit("t", words[cut:], unit)
-        if rest in _TIMES or (not rest and own):
+        if rest in TIMES or (not rest and own):
             if rest == ("t",) and unit and not is_unit("t", unit) and is_unit("temperature", unit):
                 return "temperature", 0, unit, "", (), False, bracketed
             if not own:  # a name like "millis" or "seconds_elapsed" says the unit of the time
@@ -267,7 +353,7 @@ def _is_owner(words: tuple[str, ...]) -> bool:
 def _around(
     quantity: str, before: tuple[str, ...], behind: tuple[str, ...], unit: str, bracketed: bool
 ) -> Parsed | None:
-    truth = bool(_TRUTH & set(before)) or ("ground", "truth") == before[-2:]
+    truth = bool(_TRUTH & set(before)) or before[-2:] == ("ground", "truth")
     if quantity == "quat":
         quantity = "ref" if truth else "device_quat"
     labels = AXES[quantity]
@@ -297,7 +383,9 @@ def _around(
         return None
     names = _OWN_WORDS.get(quantity, frozenset())
     owner = tuple(word for word in leading if not (_DEVICE.fullmatch(word) or word in _TRUTH | names or word in _KINDS))
-    numbers = [word for word in leading if _DEVICE.fullmatch(word) and word[-1].isdigit() and word not in ("s", "i", "b")]
+    numbers = [
+        word for word in leading if _DEVICE.fullmatch(word) and word[-1].isdigit() and word not in ("s", "i", "b")
+    ]
     number = [word for word in rest if word.isdigit()]
     kind = tuple(word for word in (*leading, *rest) if word in _KINDS or (word in rest and not word.isdigit()))
     named = "_".join((*numbers, *owner, *number))

@@ -1,4 +1,4 @@
-"""The head of a text table: its encoding, separator and decimal sign, where the names stand, and where the rows begin."""
+"""The head of a text table: encoding, separator and decimal sign, where the names stand, where the rows begin."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ SEPARATORS = (",", ";", "\t", "|", " ")
 SAMPLE = 40
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
-_MOMENT = re.compile(r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T _]?)?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d*)?)?)?(?:Z|UTC|[+-]\d{2}:?\d{2})?")
+_MOMENT = re.compile(
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T _]?)?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d*)?)?)?(?:Z|UTC|[+-]\d{2}:?\d{2})?"
+)
 _MISSING = frozenset({"nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "+inf", "-nan", "true", "false"})
-_LABELS = frozenset("x y z w 0 1 2 3 roll pitch yaw q0 q1 q2 q3".split())
+_LABELS = frozenset(["x", "y", "z", "w", "0", "1", "2", "3", "roll", "pitch", "yaw", "q0", "q1", "q2", "q3"])
 _KNOWN_UNITS = frozenset(unit for units in UNITS.values() for unit in units)
 _COMMENT = "#%/! \t"
 
@@ -115,8 +117,8 @@ def layout_of(lines: Sequence[str], options: Options) -> Layout:
         _named_by(made, lines, options.columns)
     if not made.headers:
         raise ValueError(
-            f"has no header line: name its {made.width} columns by columns=[...] (--columns NAME,NAME,...), '' for those that "
-            "are not wanted"
+            f"has no header line: name its {made.width} columns by columns=[...] (--columns NAME,NAME,...), '' for "
+            "those that are not wanted"
         )
     made.headers[0] = made.headers[0].lstrip(_COMMENT)  # numpy.savetxt marks its header as a comment
     return made
@@ -126,7 +128,7 @@ def _option(name: str, value: str | None) -> str | None:
     if value is None:
         return None
     value = {"\\t": "\t", "tab": "\t", "blank": " ", "space": " ", "blanks": " "}.get(value.lower(), value)
-    if len(value) != 1 or value in "\r\n\"":
+    if len(value) != 1 or value in '\r\n"':
         raise ValueError(f"{name}: expected one character (or 'tab', 'blanks'), got {value!r}")
     return value
 
@@ -167,7 +169,11 @@ def _found_decimal(lines: Sequence[str], separator: str) -> str:
     if separator == ",":
         return "."
     text = separator.join([line for line in lines if line.strip()][-SAMPLE:])
-    split = [cell for cell in cells(text.replace("\t", separator if separator == " " else "\t"), separator) if _NUMBER.fullmatch(cell)]
+    split = [
+        cell
+        for cell in cells(text.replace("\t", separator if separator == " " else "\t"), separator)
+        if _NUMBER.fullmatch(cell)
+    ]
     return "," if any("," in cell for cell in split) and not any("." in cell for cell in split) else "."
 
 
@@ -194,7 +200,7 @@ def _found_header(made: Layout, lines: Sequence[str]) -> None:
     last = [len(row) for _, row in split[-min(SAMPLE, max(2, len(split) // 2)) :]]
     width = max(set(last), key=lambda one: (last.count(one), one))
     first = None
-    for k, (_, row) in enumerate(split):
+    for k in range(len(split)):
         near = [_is_row(other, width) for _, other in split[k : k + 4]]
         if near[0] and 2 * sum(near) >= len(near):
             first = k
@@ -245,7 +251,9 @@ def _are_units(names: Sequence[str]) -> bool:
     if not filled:
         return False
     units = [name for name in filled if unit_key(name) in _KNOWN_UNITS or re.fullmatch(r"[\[(].*[\])]", name)]
-    return len(units) >= 0.7 * len(filled) and not any(re.fullmatch(r"(?i)[a-z]*[gam][xyz]|time.*", name) for name in filled)
+    return len(units) >= 0.7 * len(filled) and not any(
+        re.fullmatch(r"(?i)[a-z]*[gam][xyz]|time.*", name) for name in filled
+    )
 
 
 def _are_labels(names: Sequence[str]) -> bool:
@@ -266,7 +274,7 @@ def _joined(groups: Sequence[str], labels: Sequence[str]) -> list[str]:
 
 def _placed(made: Layout, lines: Sequence[str], skip: int, named: bool) -> None:
     """The header stands below so many lines, as the user says."""
-    if isinstance(skip, bool) or not isinstance(skip, int) or not 0 <= skip:
+    if isinstance(skip, bool) or not isinstance(skip, int) or not skip >= 0:
         raise ValueError(f"skip_rows: expected a number of lines, got {skip!r}")
     if skip >= len(lines):
         raise ValueError(f"skip_rows: expected less than the {len(lines)} lines of the file's head, got {skip}")

@@ -160,7 +160,9 @@ def adapter(headers: Sequence[str], profile: Profile | None) -> Callable[[Column
     return adapt
 
 
-def without_missing(profile: Profile | None, marks: Mapping[str, NDArray[Any]], quantity: str) -> NDArray[np.bool_] | None:
+def without_missing(
+    profile: Profile | None, marks: Mapping[str, NDArray[Any]], quantity: str
+) -> NDArray[np.bool_] | None:
     """The rows in which a profile says that there is no sample of a quantity, or None."""
     if profile is None or profile.missing is None or profile.missing[2] != quantity:
         return None

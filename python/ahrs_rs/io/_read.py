@@ -7,6 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from pathlib import PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
 from .._axes import axes_matrix
@@ -45,10 +46,10 @@ def read(
 
     Parameters
     ----------
-    path : of the file or folder, or a binary file object; "-" is the standard input. A .gz, and a .zip of one file or of a
-        folder that a device writes, are read as what is in them.
-    columns : of a table: quantity -> name (names, in the order of the axes) of its columns, for what their names do not tell; or the
-        names of all columns of a table without a header.
+    path : of the file or folder, or a binary file object; "-" is the standard input. A .gz, and a .zip of one file or
+        of a folder that a device writes, are read as what is in them.
+    columns : of a table: quantity -> name (names, in the order of the axes) of its columns, for what their names do not
+        tell; or the names of all columns of a table without a header.
     units : quantity ("t", "gyr", "acc", "mag", "temperature") -> its unit in the file, over what the file says.
     axes : which of the file's axes x, y and z are, with their signs, as "x,-y,-z": see `Recording.remapped`.
     separator, decimal : of a text table, such as ";" and ","; None finds them.
@@ -63,8 +64,8 @@ def read(
     Returns
     -------
     Recording
-        In rad/s, m/s² and µT. NaN and empty cells stay NaN: missing data. `meta` says what was found (path, format, units,
-        columns, axes), and lists what was assumed, repaired, ignored, lost.
+        In rad/s, m/s² and µT. NaN and empty cells stay NaN: missing data. `meta` says what was found (path, format,
+        units, columns, axes), and lists what was assumed, repaired, ignored, lost.
 
     Warns
     -----
@@ -232,7 +233,7 @@ def _named(source: Source, format: str | None) -> str:
             raise ValueError(f"format: expected one of {', '.join(known)}, got {format!r}")
         return format
     name = next((name for name, one in known.items() if one.sniff(source)), None)
-    ending = os.path.splitext(source.name)[1].lower()
+    ending = PurePosixPath(source.name).suffix.lower()
     claimed = next((name for name, one in known.items() if ending in one.endings), None)
     if claimed is not None and name in (None, "csv", "repoimu"):
         raise ValueError(f"{source.path}: is damaged: its first bytes are not those of a {ending} file")

@@ -25,6 +25,7 @@ from . import (
     _sto,
     _table,
     _telemachus,
+    _tum,
     _xio,
     _xsens,
 )
@@ -48,8 +49,8 @@ class Format:
     sensors : what is in the source, without reading it whole; None counts what `load` gives.
     endings : of file names that only this format has.
     extra, library : what has to be installed, as ``pip install ahrs-rs[extra]``, and the library that reads it.
-    options : those of `Options` that it takes beside axes, rate and sensor; "rate" where the reader itself applies it (packet
-        numbers count on over gaps).
+    options : those of `Options` that it takes beside axes, rate and sensor; "rate" where the reader itself applies it
+        (packet numbers count on over gaps).
     main : the sensor that is read where none is asked for, of files whose other sensors are parts of it.
     note : what a user has to know, in one sentence.
     """
@@ -215,6 +216,7 @@ FORMATS: dict[str, Format] = {
     "repoimu": Format(
         title="RepoIMU recording (CSV)", sniff=_repoimu.sniff, load=_repoimu.load, extra="io", library="pyarrow"
     ),
+    "tum": Format(title="TUM trajectory", sniff=_tum.sniff, load=_tum.load, endings=(".tum",)),
     "csv": Format(
         title="text table", sniff=_table.sniff, load=_table.load, extra="io", library="pyarrow", options=TABLE
     ),

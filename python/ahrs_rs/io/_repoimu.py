@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._preamble import Layout, cells, head_lines, table_width
 from ._contents import Options, SensorData
+from ._preamble import Layout, cells, head_lines, table_width
 from ._source import Source
 from ._text import read_columns
 

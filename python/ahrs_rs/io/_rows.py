@@ -143,9 +143,7 @@ def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDAr
     return data
 
 
-def _values(
-    table: TableData, quantity: str, group: Sequence[Column], rows: NDArray[np.intp] | None
-) -> NDArray[Any]:
+def _values(table: TableData, quantity: str, group: Sequence[Column], rows: NDArray[np.intp] | None) -> NDArray[Any]:
     if quantity == "mask":
         mask = _mask(table.values[group[0].index], group[0].header)
         return mask if rows is None else mask[rows]
@@ -181,8 +179,23 @@ def _numbers(values: NDArray[Any], column: Column, rows: NDArray[np.intp] | None
 def _mask(values: NDArray[Any], header: str) -> NDArray[np.bool_]:
     """Missing values do not count; all others must be true or false, 1 or 0."""
     if values.dtype.kind == "O":
-        words = {b"": 0, b"0": 0, b"1": 1, b"true": 1, b"false": 0, b"0.0": 0, b"1.0": 1, b"nan": 0, b"none": 0, b"na": 0, b"null": 0}
-        texts = [cell.strip().lower() if isinstance(cell, bytes) else b"%d" % bool(cell) if cell is not None else b"" for cell in values]
+        words = {
+            b"": 0,
+            b"0": 0,
+            b"1": 1,
+            b"true": 1,
+            b"false": 0,
+            b"0.0": 0,
+            b"1.0": 1,
+            b"nan": 0,
+            b"none": 0,
+            b"na": 0,
+            b"null": 0,
+        }
+        texts = [
+            cell.strip().lower() if isinstance(cell, bytes) else b"%d" % bool(cell) if cell is not None else b""
+            for cell in values
+        ]
         if any(text not in words for text in texts):
             raise ValueError(f"column {header!r}: expected true and false or 1 and 0")
         return np.array([words[text] for text in texts], dtype=np.bool_)
@@ -269,12 +282,18 @@ def _tried(table: TableData, clock: Clock, rows: NDArray[np.intp] | None) -> _Ti
     return _Time(clock, t, start, assumed, _wrong(t, clock))
 
 
-def _one_part(column: Column, values: NDArray[Any], zone: str | None, assumed: list[str]) -> tuple[FloatArray, str | None]:
+def _one_part(
+    column: Column, values: NDArray[Any], zone: str | None, assumed: list[str]
+) -> tuple[FloatArray, str | None]:
     if values.dtype.kind == "O":
         return seconds_of_text(values, zone, column.header, assumed)
     if values.dtype.kind in "Mm":
         known = values[~np.isnat(values)]
-        start = np.datetime_as_string(known[0].astype("datetime64[us]")) if values.dtype.kind == "M" and known.size else None
+        start = (
+            np.datetime_as_string(known[0].astype("datetime64[us]"))
+            if values.dtype.kind == "M" and known.size
+            else None
+        )
         return seconds_of_dates(values), None if start is None else str(start) + "+00:00"
     if values.dtype.kind not in "fiu":
         raise ValueError(f"column {column.header!r}: expected numbers or times, got dtype {values.dtype}")

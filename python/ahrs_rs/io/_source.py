@@ -34,8 +34,8 @@ class Source:
     path : str, as messages and `Recording.meta` name it
     name : str, the file's name, without .gz; the folder's or archive's name
     head : bytes, the first ones, decompressed; empty of a folder
-    names : tuple of str, relative names of the files in a folder or zip archive (forward slashes; a single folder at the top is
-        left out); empty of a file
+    names : tuple of str, relative names of the files in a folder or zip archive (forward slashes; a single folder at
+        the top is left out); empty of a file
     """
 
     def __init__(self, path: str, *, disk: Path | None = None, content: bytes | None = None, inside: str = "") -> None:
@@ -62,7 +62,9 @@ class Source:
         if hasattr(given, "read"):
             content = given.read()
             if not isinstance(content, bytes):
-                raise ValueError(f"path: expected a file opened in binary mode, got one that gives {type(content).__name__}")
+                raise ValueError(
+                    f"path: expected a file opened in binary mode, got one that gives {type(content).__name__}"
+                )
             name = getattr(given, "name", None)
             return cls._unpacked(name if isinstance(name, str) else "<stream>", content)
         if not isinstance(given, (str, os.PathLike)):
@@ -175,7 +177,7 @@ class Source:
 
     @contextlib.contextmanager
     def file(self, name: str | None = None) -> Iterator[Path]:
-        """A file on the disk with the content (of one file of a folder or archive), for libraries that open files themselves."""
+        """A file on the disk with the content (of one file of a folder or archive), for libraries that open files."""
         if name is None and self._content is None:
             assert self._disk is not None
             yield self._disk

@@ -27,8 +27,8 @@ def seconds(stamps: Mapping[str, NDArray[Any]], unit: float) -> tuple[dict[str, 
 
     Returns
     -------
-    times : stream -> (n,) float64 s. As the clock shows them; since the earliest stamp where that is beyond 3 years, as the sum
-        of an epoch and a step of 1 µs has no room in a float64.
+    times : stream -> (n,) float64 s. As the clock shows them; since the earliest stamp where that is beyond 3 years, as
+        the sum of an epoch and a step of 1 µs has no room in a float64.
     origin : what the clock showed at t = 0, s (0 where nothing was taken off).
     """
     finite = [array[np.isfinite(array)] if array.dtype.kind == "f" else array for array in stamps.values()]

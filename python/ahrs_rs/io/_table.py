@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -15,11 +16,14 @@ from . import _preamble, _text
 from ._columns import Choice, choose
 from ._contents import Options, SensorData, SensorInfo, one_line, require
 from ._names import Column, quantity_of_name
+from ._npz import before
 from ._preamble import Layout
 from ._profiles import Profile, adapter, profile_of
 from ._rows import TableData, require_sensor, sensor_data
 from ._source import Source
 
+#: Under this key the metadata of a Parquet file has `Recording.meta` and the rate.
+META = "ahrs_rs"
 #: A number of so many digits is beyond what a float64 tells apart.
 LONG_DIGITS = 16
 
@@ -60,7 +64,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
 
 def sensors(source: Source, options: Options) -> list[SensorInfo]:
     """The sensors of a text table, from its head."""
-    layout, choice, _ = _understood(source, options)
+    _, choice, _ = _understood(source, options)
     if choice.instance is not None:
         return [SensorInfo(name, *_counts(data)) for name, data in load(source, options).items()]
     nothing: dict[str, int | None] = {}
@@ -78,11 +82,14 @@ def _understood(source: Source, options: Options) -> tuple[Layout, Choice, Profi
     layout = _preamble.layout_of(_preamble.head_lines(source), options)
     profile = profile_of(layout.headers)
     hint = quantity_of_name(PurePosixPath(source.name).stem)
-    if profile is not None and profile.title == "Sensor Logger" and hint == "acc" and "total" not in source.name.lower():
+    if (
+        profile is not None
+        and profile.title == "Sensor Logger"
+        and hint == "acc"
+        and "total" not in source.name.lower()
+    ):
         hint = "linear_acceleration"
-    choice = choose(
-        layout.headers, options, units=layout.units, hint=hint, adapt=adapter(layout.headers, profile)
-    )
+    choice = choose(layout.headers, options, units=layout.units, hint=hint, adapt=adapter(layout.headers, profile))
     require_sensor(choice, layout.headers)
     if not layout.rows:
         raise ValueError("has a header, but no rows")
@@ -103,7 +110,9 @@ def _text_columns(choice: Choice, layout: Layout) -> Collection[int]:
             some = [row[column.index] for row in layout.rows if column.index < len(row) and row[column.index]]
             if some and not any(_preamble.is_number(cell) for cell in some):
                 text.add(column.index)
-    text |= {columns[0].index for quantities in choice.sensors.values() for q, columns in quantities.items() if q == "mask"}
+    text |= {
+        columns[0].index for quantities in choice.sensors.values() for q, columns in quantities.items() if q == "mask"
+    }
     return text | ({choice.instance.index} if choice.instance is not None else set())
 
 
@@ -122,7 +131,8 @@ def _stated_rate(preamble: Sequence[str]) -> float | None:
     """A rate that the lines above the header state, Hz."""
     for line in preamble:
         match = re.search(
-            r"(?i)(?:sampl\w*|update|output|data)[\s_]*(?:rate|freq\w*)[^\d\n]{0,20}(\d+(?:\.\d+)?)\s*(?:hz|,|;|$)", line[:500]
+            r"(?i)(?:sampl\w*|update|output|data)[\s_]*(?:rate|freq\w*)[^\d\n]{0,20}(\d+(?:\.\d+)?)\s*(?:hz|,|;|$)",
+            line[:500],
         )
         if match is not None and float(match[1]) > 0:
             return float(match[1])
@@ -152,6 +162,7 @@ def load_parquet(source: Source, options: Options) -> dict[str, SensorData]:
             wanted = [*choice.columns(), *(one for one in (rate_column, mark) if one is not None)]
             names = list(dict.fromkeys(headers[column.index].partition("\0")[0] for column in wanted))
             arrow = file.read(columns=names)
+            saved = _saved_meta(schema.metadata or {})
             values = {column.index: _column_of(arrow, headers[column.index]) for column in wanted}
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"is not a readable Parquet file: {one_line(error)}") from error
@@ -164,12 +175,24 @@ def load_parquet(source: Source, options: Options) -> dict[str, SensorData]:
         rate_column=rate_column,
         mark=mark,
     )
-    return sensor_data(table)
+    found = sensor_data(table)
+    if saved:  # what Recording.save wrote has one sensor
+        data = next(iter(found.values()))
+        data.rate = saved.pop("rate", None)
+        data.meta = {**saved, **data.meta}
+    return found
 
 
-def understood_names(
-    columns: Sequence[tuple[str, int]], options: Options
-) -> tuple[Choice, Profile | None, list[str]]:
+def _saved_meta(metadata: Mapping[bytes, bytes]) -> dict[str, Any]:
+    """The rate and the meta that `Recording.save` put into a Parquet file."""
+    try:
+        saved = json.loads(metadata.get(META.encode(), b"null"))
+    except ValueError:
+        return {}
+    return before(saved) if isinstance(saved, dict) else {}
+
+
+def understood_names(columns: Sequence[tuple[str, int]], options: Options) -> tuple[Choice, Profile | None, list[str]]:
     """The columns of a table without text: (name, width), with a width beyond 1 for vectors.
 
     A vector ``gyr [rad/s]`` counts as columns ``gyr [rad/s] x`` and so on, under the name ``NAME\\0INDEX``.
@@ -236,4 +259,4 @@ def _column_of(table: Any, header: str) -> NDArray[Any]:
     if kind.startswith(("string", "large_string", "binary")):
         return np.array([b"" if cell is None else str(cell).encode() for cell in column.to_pylist()], dtype=object)
     array = of_arrow(column)
-    return array[:, int(index)] if index else array
+    return np.asarray(array[:, int(index)] if index else array)

@@ -14,8 +14,31 @@ from ._preamble import Layout, cells, encoding_of
 from ._source import Source
 
 #: Spellings of a missing value.
-MISSING = tuple(
-    " NaN nan NAN Nan -nan -NaN NA N/A n/a #N/A #NA #N/A N/A <NA> NULL null None none - -- 1.#QNAN 1.#IND -1.#IND -1.#QNAN".split(" ")
+MISSING = (
+    "",
+    *[
+        "NaN",
+        "nan",
+        "NAN",
+        "Nan",
+        "-nan",
+        "-NaN",
+        "NA",
+        "N/A",
+        "n/a",
+        "#N/A",
+        "#NA",
+        "<NA>",
+        "NULL",
+        "null",
+        "None",
+        "none",
+        "-",
+        "--",
+        "1.#QNAN",
+        "1.#IND",
+        "-1.#IND",
+    ],
 )
 #: Rows that are damaged are left out where they are no more than this part of all.
 DAMAGED = 0.01
@@ -49,8 +72,8 @@ def read_columns(
 
     Returns
     -------
-    arrays : by column index: float64 (NaN: missing), text as an array of bytes, integers as int64, or as float64 where one is
-        missing.
+    arrays : by column index: float64 (NaN: missing), text as an array of bytes, integers as int64, or as float64 where
+        one is missing.
     repairs : what was left out.
 
     Raises
@@ -118,7 +141,9 @@ class _Reader:
         self._count(table.num_rows, repairs)
         return {index: _numpy(table.column(k)) for k, index in enumerate(self.columns)}
 
-    def _table(self, text: frozenset[int], whole: frozenset[int], *, strict: bool = False, only: int | None = None) -> Any:
+    def _table(
+        self, text: frozenset[int], whole: frozenset[int], *, strict: bool = False, only: int | None = None
+    ) -> Any:
         """The wanted columns; `strict` stops at the first row of another width, and numbers the rows."""
         pa, pa_csv = require("pyarrow"), require("pyarrow.csv")
         names = [str(index) for index in range(self.layout.width)]
@@ -199,7 +224,9 @@ class _Reader:
                 raise ValueError(self._explained(error)) from error
             raise ValueError(self._explained(first))
         name = self.columns[index]
-        repairs.append(f"column {name!r}: {len(bad)} cells that are no numbers turned into NaN, first in row {bad[0] + 1}")
+        repairs.append(
+            f"column {name!r}: {len(bad)} cells that are no numbers turned into NaN, first in row {bad[0] + 1}"
+        )
         return numbers
 
     def _explained(self, error: Exception) -> str:
@@ -239,7 +266,11 @@ def _numpy(column: Any) -> NDArray[Any]:
     parts = []
     for chunk in chunks:
         validity, values = chunk.buffers()
-        numbers = np.frombuffer(values, dtype=dtype, count=len(chunk) + chunk.offset)[chunk.offset :] if len(chunk) else np.zeros(0, dtype)
+        numbers = (
+            np.frombuffer(values, dtype=dtype, count=len(chunk) + chunk.offset)[chunk.offset :]
+            if len(chunk)
+            else np.zeros(0, dtype)
+        )
         if chunk.null_count:
             bits = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")
             valid = bits[chunk.offset : chunk.offset + len(chunk)].view(np.bool_)

@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
+from .._plausible import GRAVITY
+
 DEGREE = np.pi / 180.0
 
 
@@ -30,13 +30,17 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         (1e-9, 0.0, "ns nsec nsecs nanos nano nanosec nanosecs nanosecond nanoseconds"),
     ),
     "gyr": _units(
-        (1.0, 0.0, "rads rads1 radps radsec radpers radpersec radpersecond radianss radianssec radianssecond rad radians"),
+        (
+            1.0,
+            0.0,
+            "rads rads1 radps radsec radpers radpersec radpersecond radianss radianssec radianssecond rad radians",
+        ),
         (1e-3, 0.0, "mrads mradps mradsec"),
         (
             DEGREE,
             0.0,
-            "dps degs degs1 degps degsec degpers degpersec degpersecond degreess degreessec degreessecond degreesps deg "
-            "degrees degsecond",
+            "dps degs degs1 degps degsec degpers degpersec degpersecond degreess degreessec degreessecond "
+            "degreesps deg degrees degsecond",
         ),
         (1e-3 * DEGREE, 0.0, "mdps mdegs"),
         (np.pi / 30.0, 0.0, "rpm"),
@@ -80,13 +84,19 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
 UNITS["linear_acceleration"] = UNITS["gravity"] = UNITS["acc"]
 
 #: Quantity -> the unit that is assumed where a name tells none.
-ASSUMED = {"t": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "µT", "temperature": "°C", "pressure": "Pa", "heading": "rad"}
+ASSUMED = {
+    "t": "s",
+    "gyr": "rad/s",
+    "acc": "m/s²",
+    "mag": "µT",
+    "temperature": "°C",
+    "pressure": "Pa",
+    "heading": "rad",
+}
 ASSUMED |= {"linear_acceleration": "m/s²", "gravity": "m/s²"}
 
 #: Units that say nothing about the size of a reading.
-SIZELESS = frozenset(
-    f"{_RAW[2]} {_VECTOR[2]} au arbitrary localflux flux unit".split()
-)
+SIZELESS = frozenset(f"{_RAW[2]} {_VECTOR[2]} au arbitrary localflux flux unit".split())
 
 _SIGNS = str.maketrans(
     {

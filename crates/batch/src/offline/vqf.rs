@@ -20,10 +20,13 @@ use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Quat, Scalar, Settings
 
 use super::{Offline, Row, Series, Solution, continuous, usable};
 use crate::recording::HIDES_INFINITE;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::Avx2;
-use crate::simd::{Instructions, Portable, Vector, Work};
 use crate::threads::Watch;
+use ahrs_rs_lanes::simd::{Instructions, Kernel, PortableIsa, Vector};
+#[cfg(target_arch = "x86_64")]
+use {
+    crate::isa,
+    ahrs_rs_lanes::simd::{Avx2, Isa},
+};
 
 /// Samples between two looks at whether it was told to stop.
 const TILE: usize = 4096;
@@ -195,7 +198,7 @@ fn both<S: Vector<Real = f64>>(first: f64, second: f64) -> S {
     S::load(&[first, second, second, second])
 }
 
-impl<S: Vector<Real = f64>> Work for BothWays<'_, S> {
+impl<S: Vector<Real = f64>> Kernel for BothWays<'_, S> {
     #[inline(always)]
     fn run(self) {
         let mut estimator = self.estimator;
@@ -292,10 +295,10 @@ impl OfflineVQF {
     /// What VQF learns forward and backward; none where it was told to stop.
     fn passes(&self, series: &Series, steps: &[f64], back: &[f64], watch: &Watch) -> Option<Passes> {
         #[cfg(target_arch = "x86_64")]
-        if let Some(instructions) = Avx2::detect() {
+        if let (Ok(Some(Isa::Avx2 | Isa::Avx512)), Some(instructions)) = (isa::chosen(), Avx2::detect()) {
             return self.passes_with(instructions, series, (steps, back), watch);
         }
-        self.passes_with(Portable, series, (steps, back), watch)
+        self.passes_with(PortableIsa, series, (steps, back), watch)
     }
 
     fn passes_with<I: Instructions<f64>>(

@@ -5,12 +5,12 @@ use ahrs_rs::{FilterSpec, Quat, Settings};
 
 use super::data::{Data, recording, run};
 use super::random::Random;
-use crate::metric::Metric;
+use crate::isa;
 use crate::recording::{Recording, Time};
-use crate::registry::{Number, entries};
-use crate::simd::Isa;
+use crate::registry::{ENTRIES, Number};
 use crate::sweep::{Sweep, Trial, sweep};
 use crate::threads::Watch;
+use ahrs_rs_lanes::metric::Metric;
 
 /// More sets than any bank has lanes, numbers between the default and a neighbour, choices in turn.
 fn sets(spec: &FilterSpec) -> Vec<Vec<f64>> {
@@ -68,12 +68,12 @@ fn errors_are_those_of_runs<T: Number>(tolerance: f64) {
             reference,
         })
         .collect();
-    for entry in entries() {
+    for entry in ENTRIES.iter() {
         let sets = sets(entry.spec);
         for (_, metric) in Metric::ALL {
             let plan = |isa| Sweep { entry, sets: &sets, settings: Settings::default(), metric, isa, threads: Some(2) };
             let alone = sweep(&plan(None), &views, &Watch::default()).unwrap();
-            for isa in Isa::available() {
+            for isa in isa::available() {
                 let watch = Watch::default();
                 let beside = sweep(&plan(Some(isa)), &views, &watch).unwrap();
                 assert_eq!(watch.count(), sets.len() * trials.len());
@@ -118,7 +118,7 @@ fn a_sweep_that_is_stopped_says_what_is_not_done() {
     let (data, reference) = &trials[0];
     let time = Time { stamps: None, first: 0.01, step: 0.01 };
     let recording = Recording { gyr: data.gyr.view(), acc: None, mag: None, time };
-    let entry = &entries()[0];
+    let entry = &ENTRIES[0];
     let sets = sets(entry.spec);
     let watch = Watch::default();
     watch.stop();
@@ -127,7 +127,7 @@ fn a_sweep_that_is_stopped_says_what_is_not_done() {
         sets: &sets,
         settings: Settings::default(),
         metric: Metric::Total,
-        isa: Isa::fastest(),
+        isa: isa::available().last().copied(),
         threads: None,
     };
     let errors = sweep(&plan, &[Trial { recording, reference }], &watch).unwrap();
@@ -144,7 +144,7 @@ fn a_sweep_over_a_value_that_is_not_allowed_is_refused() {
         sets: &sets,
         settings: Settings::default(),
         metric: Metric::Total,
-        isa: Isa::fastest(),
+        isa: isa::available().last().copied(),
         threads: None,
     };
     assert!(sweep::<f64>(&plan, &[], &Watch::default()).is_err());

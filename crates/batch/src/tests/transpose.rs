@@ -2,12 +2,12 @@
 
 use ahrs_rs::Settings;
 
-use crate::registry::{Number, entries};
-use crate::simd::Isa;
+use crate::isa;
+use crate::registry::{ENTRIES, Number};
 
 fn every_number_is_in_its_row_and_lane_and_comes_back<T: Number>() {
-    for isa in Isa::available() {
-        let bank = T::bank(&entries()[0], isa, &[], Settings::default()).unwrap().unwrap();
+    for isa in isa::available() {
+        let bank = T::bank(&ENTRIES[0], isa, &[], Settings::default()).unwrap().unwrap();
         let lanes = bank.lanes();
         for rows in [0, 1, 7, 8, 9, 16, 64, 100] {
             let number = |row: usize, lane: usize| T::from_f64((100 * row + lane) as f64);

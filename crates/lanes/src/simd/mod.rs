@@ -14,14 +14,14 @@ pub trait Vector: Scalar {
     fn load(from: &[Self::Real]) -> Self;
     /// Writes the lanes; nothing where there is too little room.
     fn store(self, to: &mut [Self::Real]);
-    /// Asks the memory for the line of the cache at an address, which need not be one that can be read.
+    /// Prefetches the cache line at an address, which need not be one that can be read.
     #[inline(always)]
-    fn ask(_address: *const u8) {}
+    fn prefetch(_address: *const u8) {}
 }
 
-/// What is to be compiled for vector instructions.
-pub trait Work {
-    /// Does it. To be inlined: what is not is not compiled for the instructions, and slower by an order of magnitude.
+/// Code to be compiled for a set of vector instructions.
+pub trait Kernel {
+    /// Runs it. To be inlined: what is not is not compiled for the instructions, and slower by an order of magnitude.
     fn run(self);
 }
 
@@ -29,8 +29,8 @@ pub trait Work {
 pub trait Instructions<T: Real>: Copy + Send + Sync + 'static {
     /// A register's numbers.
     type Vector: Vector<Real = T>;
-    /// Does the work with these instructions.
-    fn run(self, work: impl Work);
+    /// Runs the kernel with these instructions.
+    fn run(self, kernel: impl Kernel);
     /// Writes the first number of every source, then the second of every source, and so on, where it can do so for many at
     /// once; gives how many of each are written. There are as many sources as lanes.
     fn interleave(self, _to: &mut [T], _from: &[&[T]]) -> usize {
@@ -42,32 +42,32 @@ pub trait Instructions<T: Real>: Copy + Send + Sync + 'static {
     }
 }
 
-/// What every processor has: pairs of numbers, which fill the time in which a number alone would wait.
+/// What every processor has: pairs of numbers, which fill the time in which one number would wait for itself.
 #[derive(Clone, Copy, Debug)]
-pub struct Portable;
+pub struct PortableIsa;
 
-impl Instructions<f32> for Portable {
+impl Instructions<f32> for PortableIsa {
     type Vector = Pair<Pair<f32>>;
-    fn run(self, work: impl Work) {
-        work.run();
+    fn run(self, kernel: impl Kernel) {
+        kernel.run();
     }
 }
 
-impl Instructions<f64> for Portable {
+impl Instructions<f64> for PortableIsa {
     type Vector = Pair<f64>;
-    fn run(self, work: impl Work) {
-        work.run();
+    fn run(self, kernel: impl Kernel) {
+        kernel.run();
     }
 }
 
 /// One number at a time.
 #[derive(Clone, Copy, Debug)]
-pub struct Alone;
+pub struct ScalarIsa;
 
-impl<T: Real + Vector> Instructions<T> for Alone {
+impl<T: Real + Vector> Instructions<T> for ScalarIsa {
     type Vector = T;
-    fn run(self, work: impl Work) {
-        work.run();
+    fn run(self, kernel: impl Kernel) {
+        kernel.run();
     }
 }
 
@@ -107,35 +107,26 @@ impl<S: Vector> Vector for Pair<S> {
 /// The sets of instructions by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Isa {
-    /// [`Portable`]; not made where the processor's registers are known, to save the compiler's time.
-    #[cfg(any(test, not(target_arch = "x86_64")))]
+    /// [`PortableIsa`].
     Portable,
     /// Registers of 256 bits.
-    #[cfg(target_arch = "x86_64")]
     Avx2,
     /// Registers of 512 bits.
-    #[cfg(target_arch = "x86_64")]
     Avx512,
 }
 
 impl Isa {
-    /// Those that this processor has, the fastest last.
-    pub fn available() -> Vec<Isa> {
-        [
-            #[cfg(any(test, not(target_arch = "x86_64")))]
-            Some(Isa::Portable),
-            #[cfg(target_arch = "x86_64")]
-            Avx2::detect().map(|_| Isa::Avx2),
-            #[cfg(target_arch = "x86_64")]
-            Avx512::detect().map(|_| Isa::Avx512),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+    /// All of them with their names, the fastest last.
+    pub const ALL: [(&'static str, Isa); 3] =
+        [("portable", Isa::Portable), ("avx2", Isa::Avx2), ("avx512", Isa::Avx512)];
+
+    /// The set of a name, or `None`.
+    pub fn from_name(name: &str) -> Option<Isa> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, isa)| isa)
     }
 
-    /// The fastest, if there is any.
-    pub fn fastest() -> Option<Isa> {
-        Self::available().last().copied()
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|&&(_, isa)| isa == self).map_or("", |(name, _)| name)
     }
 }

@@ -1,15 +1,13 @@
 //! A filter of any kind as one object that goes on from sample to sample.
 
-use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Vec3};
-
-use crate::bank::{Bank, Rows};
-use crate::metric::{Metric, Sums};
-use crate::registry::Number;
-use crate::simd::Alone;
-use crate::transpose::{deinterleave, interleave};
+use ahrs_rs::params::{ParamError, ParamSet};
+use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Settings, Vec3};
 
 /// Samples whose readings are computed ahead of the steps.
 const AHEAD: usize = 64;
+
+/// A quaternion whose squared norm is further from one was not written by a filter: in `f32` it stays within 1e-6.
+const NORM_TOLERANCE: f64 = 1e-3;
 
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {
@@ -53,6 +51,16 @@ pub trait Stream<T>: Send + Sync {
     fn save(&mut self) -> Vec<f64>;
     /// Takes back what [`Stream::save`] gave; false, and nothing changed, where the number of values is another.
     fn load(&mut self, values: &[f64]) -> bool;
+    /// Whether the attitudes among the variables are unit quaternions, which [`Stream::load`] does not look at.
+    fn is_unit(&self) -> bool;
+}
+
+/// The stream of filter `F` with the values of its parameters.
+pub fn stream<T: Real, F>(values: &[f64], settings: Settings) -> Result<Box<dyn Stream<T>>, ParamError>
+where
+    F: Filter<T> + Send + Sync + 'static,
+{
+    Ok(Box::new(Estimator::<T, F>::new(&F::Params::from_values(values)?, settings)))
 }
 
 fn vec3<T: Real>([x, y, z]: [T; 3]) -> Vec3<T> {
@@ -154,46 +162,10 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
         });
         true
     }
-}
 
-/// A filter alone as a bank of one lane.
-pub struct Single<T>(pub Box<dyn Stream<T>>);
-
-impl<T: Number> Bank<T> for Single<T> {
-    fn lanes(&self) -> usize {
-        1
-    }
-
-    fn load(&mut self, _lane: usize, variables: &[f64]) {
-        self.0.load(variables);
-    }
-
-    fn save(&mut self, _lane: usize) -> Vec<f64> {
-        self.0.save()
-    }
-
-    fn run(&mut self, rows: &mut Rows<'_, T>) {
-        self.0.run(&mut Tile {
-            gyr: rows.gyr.as_chunks().0,
-            acc: rows.acc.map(|values| values.as_chunks().0),
-            mag: rows.mag.map(|values| values.as_chunks().0),
-            dt: rows.dt,
-            quat: rows.quat.as_chunks_mut().0,
-            gyr_bias: rows.gyr_bias.as_mut().map(|values| values.as_chunks_mut().0),
-            status: rows.status,
-            extra: &mut [],
-        });
-    }
-
-    fn interleave(&self, to: &mut [T], from: &[&[T]]) {
-        interleave(to, from, 0);
-    }
-
-    fn deinterleave(&self, from: &[T], to: &mut [&mut [T]]) {
-        deinterleave(from, 1, to, 0);
-    }
-
-    fn score(&self, metric: Metric, quat: &[T], reference: &[Option<[T; 4]>], sums: &mut Sums) {
-        metric.score::<T, _>(Alone, quat, reference, sums);
+    fn is_unit(&self) -> bool {
+        [Estimator::quat(self), self.filter().attitude()]
+            .iter()
+            .all(|q| (q.dot(*q) - T::one()).abs().le(T::of(NORM_TOLERANCE)))
     }
 }

@@ -3,10 +3,10 @@
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::{Estimator, Filter, Mask, Quat, Scalar, Settings, Vec3};
 
-use crate::ahead::Ahead;
+use crate::Number;
 use crate::metric::{Metric, Sums};
-use crate::registry::Number;
-use crate::simd::{Instructions, Vector, Work};
+use crate::prefetch::PrefetchPlan;
+use crate::simd::{Instructions, Kernel, Vector};
 use crate::transpose::{deinterleave, interleave};
 
 /// A run of samples of several recordings, and room for what comes out.
@@ -27,15 +27,15 @@ pub struct Rows<'a, T> {
     pub gyr_bias: Option<&'a mut [T]>,
     /// Status bits out.
     pub status: &'a mut [u8],
-    /// What comes next.
-    pub ahead: &'a Ahead,
+    /// The memory of the next rows.
+    pub prefetch: &'a PrefetchPlan,
 }
 
 /// A filter with several lanes.
 pub trait Bank<T>: Send {
     /// How many.
     fn lanes(&self) -> usize;
-    /// Gives a lane every variable of a filter, as [`Stream::save`](crate::Stream::save) gave them.
+    /// Gives a lane every variable of a filter, as `Stream::save` gave them.
     fn load(&mut self, lane: usize, variables: &[f64]);
     /// Every variable of a lane.
     fn save(&mut self, lane: usize) -> Vec<f64>;
@@ -115,7 +115,7 @@ struct Steps<'a, 'b, S: Scalar, F> {
     rows: &'a mut Rows<'b, S::Real>,
 }
 
-impl<S: Vector, F: Filter<S>> Work for Steps<'_, '_, S, F> {
+impl<S: Vector, F: Filter<S>> Kernel for Steps<'_, '_, S, F> {
     #[inline(always)]
     fn run(self) {
         let rows = self.rows;
@@ -125,11 +125,11 @@ impl<S: Vector, F: Filter<S>> Work for Steps<'_, '_, S, F> {
         let mut gyr_bias = rows.gyr_bias.as_mut().map(|values| values.chunks_exact_mut(3 * lanes));
         let inputs = rows.gyr.chunks_exact(3 * lanes).zip(rows.dt.chunks_exact(lanes));
         let outputs = rows.quat.chunks_exact_mut(4 * lanes).zip(rows.status.chunks_exact_mut(lanes));
-        let mut asking = rows.ahead.over(rows.gyr.len() / (3 * lanes));
+        let mut prefetcher = rows.prefetch.spread_over(rows.gyr.len() / (3 * lanes));
         // A copy of its own can live in registers.
         let mut this = self.estimator.clone();
         for ((gyr, dt), (quat, status)) in inputs.zip(outputs) {
-            asking.next_row::<S>();
+            prefetcher.prefetch_row::<S>();
             let acc = match acc.as_mut().and_then(Iterator::next) {
                 Some(row) => Some(loaded3(row)),
                 None => None,

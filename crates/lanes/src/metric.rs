@@ -3,7 +3,7 @@
 use ahrs_rs::trig::atan2;
 use ahrs_rs::{Quat, Real, Scalar};
 
-use crate::simd::{Instructions, Vector, Work};
+use crate::simd::{Instructions, Kernel, Vector};
 
 /// Which angle of the error quaternion e = q ⊗ q_ref* in the earth frame (BROAD; `ahrs_rs.metrics` in Python).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +77,7 @@ struct Score<'a, S: Scalar> {
     sums: &'a mut Sums,
 }
 
-impl<S: Vector> Work for Score<'_, S> {
+impl<S: Vector> Kernel for Score<'_, S> {
     #[inline(always)]
     fn run(self) {
         let lanes = S::LANES;
