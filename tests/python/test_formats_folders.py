@@ -37,6 +37,7 @@ class TestEuRoC:
         assert np.allclose(q * np.sign(q[0]), [np.sqrt(0.5), 0, 0, -np.sqrt(0.5)], atol=1e-15)
         assert rec.meta["ref_frame"].startswith("z up")
         assert np.array_equal(rec.streams["velocity"].values[0], [0.1, 0.2, 0.3])
+        assert np.array_equal(rec.streams["position"].values[0], [1.0, 2.0, 3.0])
 
     def test_one_file_of_the_folder_is_read_too(self, tmp_path: Path) -> None:
         folder = texts.euroc(tmp_path / "V1_01", N)

@@ -46,8 +46,8 @@ class _CirclesError(Exception):
 class _Watched(io.BytesIO):
     """A file that remembers whether it ended within what was asked for, and ends a reader that goes round in circles.
 
-    pyulog passes over the first in silence. At some damage it seeks back for ever; it reads 3 bytes for each message, so
-    that such reads which get no further are counted.
+    pyulog passes over the first in silence. At some damage it seeks back for ever; it reads 3 bytes for each
+    message, and such reads that get no further are counted.
     """
 
     cut = False

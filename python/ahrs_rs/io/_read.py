@@ -10,6 +10,8 @@ from dataclasses import fields, replace
 from pathlib import PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
+import numpy as np
+
 from .._axes import axes_matrix
 from .._rate import nominal_rate
 from .._warnings import DataWarning
@@ -217,7 +219,8 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
         if not taken and getattr(options, field.name) is not None:
             raise ValueError(f"{source.path}: {field.name}: expected None, as {known.title} has a layout of its own")
     try:
-        found = known.load(source, options)
+        with np.errstate(over="ignore", invalid="ignore"):  # absurd numbers are refused by what they lead to
+            found = known.load(source, options)
         if not found:
             raise ValueError("has no sensor")
         return name, found

@@ -113,6 +113,7 @@ SAMPLES: dict[str, tuple[str, str, Callable[[Path, int], Path]]] = {
     "ROS 2 bag": ("ros", "rosbags", ros2),
     "MCAP": ("ros", "rosbags", mcap),
     "EuRoC/ASL folder": ("euroc", "pyarrow", lambda folder, n: texts.euroc(folder / "euroc", n)),
+    "x-IMU3 folder": ("xio", "pyarrow", lambda folder, n: texts.ximu3(folder / "x-IMU3 01234567 (USB)", n)),
     "NGIMU folder": ("xio", "pyarrow", lambda folder, n: texts.ngimu(folder / "NGIMU", n)),
     "Xsens MT Manager": ("xsens", "pyarrow", lambda folder, n: _file(folder / "MT_00B42D4B.txt", texts.xsens(n))),
     "Movella DOT": ("dot", "pyarrow", lambda folder, n: _file(folder / "dot.csv", texts.dot(n))),
