@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,14 @@ class TestPX4:
             ValueError, match="sensor: expected one of 'sensor_combined', 'sensor_0', 'sensor_1', got 'x'"
         ):
             ar.read(path, sensor="x")
+
+    def test_sensors_are_listed_without_loading_the_log(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        path = samples.px4(tmp_path, N)
+        monkeypatch.setitem(sys.modules, "pyulog", None)  # not importable
+        info = ar.sensors(path)[0]
+        assert info.name == "sensor_combined"
+        assert info.samples == {"gyr": N, "acc": N, "mag": N // 5, "device_quat": N // 2}
+        assert info.rates["gyr"] == pytest.approx(250.0)
 
     def test_a_cut_log_gives_what_came_before_and_says_so(self, tmp_path: Path) -> None:
         path = samples.px4(tmp_path, N)

@@ -9,13 +9,16 @@ are µs since the board started, those of the sample where the topic has them.
 from __future__ import annotations
 
 import io
+import mmap
+import struct
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _attitude
-from ._contents import FloatArray, Options, SensorData, require
+from ._contents import FloatArray, Options, SensorData, SensorInfo, require
 from ._library import quiet, refuse, understood
 from ._source import Source
 from ._stamps import seconds, utc
@@ -191,3 +194,75 @@ def _sampled(topic: dict[str, NDArray[Any]]) -> NDArray[Any]:
     """When the sample was taken, where the topic has it, or when it was published."""
     sampled = topic.get("timestamp_sample")
     return sampled if sampled is not None and (sampled > 0).all() else topic["timestamp"]
+
+
+def sensors(source: Source, options: Options) -> list[SensorInfo]:
+    """The sensors of a log, by a walk over its messages that reads no more of each than its head."""
+    with source.file() as path:
+        counted = _counted(path)
+    if counted is None:  # damaged: what can be read tells
+        return [_described(name, data) for name, data in load(source, options).items()]
+    infos = []
+    if (MAIN, 0) in counted:
+        streams = {
+            "gyr": (MAIN, 0),
+            "acc": (MAIN, 0),
+            "mag": ("vehicle_magnetometer", 0),
+            "device_quat": ("vehicle_attitude", 0),
+        }
+        infos.append(_listed(MAIN, {name: counted[topic] for name, topic in streams.items() if topic in counted}))
+    for instance in sorted({instance for topic, instance in counted if topic in SINGLE.values()}):
+        parts = {name: counted[topic, instance] for name, topic in SINGLE.items() if (topic, instance) in counted}
+        infos.append(_listed(f"sensor_{instance}", parts))
+    if not infos:
+        raise ValueError("is a ULog without sensor_combined, sensor_gyro, sensor_accel and sensor_mag")
+    return infos
+
+
+def _counted(path: Path) -> dict[tuple[str, int], tuple[int, int, int]] | None:
+    """(topic, instance) -> messages, first and last stamp (µs); None of a log that is damaged."""
+    ids: dict[int, tuple[str, int]] = {}
+    counts: dict[int, list[int]] = {}
+    wanted = {*COMBINED, *SINGLE.values()}
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        at, size = 16, len(content)
+        while at + HEADER <= size:
+            length, kind = _HEAD.unpack_from(content, at)
+            start, at = at + HEADER, at + HEADER + length
+            if not length or kind not in _KINDS:
+                return None
+            if at > size:
+                break
+            if kind == _DATA and length >= 10:
+                number, stamp = _STAMPED.unpack_from(content, start)
+                held = counts.get(number)
+                if held is not None:
+                    held[0] += 1
+                    held[2] = stamp
+                    if held[0] == 1:
+                        held[1] = stamp
+            elif kind == _ADDED:
+                instance, number = _ADD.unpack_from(content, start)
+                name = content[start + 3 : at].decode(errors="replace")
+                if name in wanted:
+                    ids[number], counts[number] = (name, instance), [0, 0, 0]
+    return {ids[number]: (held[0], held[1], held[2]) for number, held in counts.items() if held[0]}
+
+
+_HEAD, _STAMPED, _ADD = struct.Struct("<HB"), struct.Struct("<HQ"), struct.Struct("<BH")
+_DATA, _ADDED, _KINDS = ord("D"), ord("A"), frozenset(b"FDIMPQARSOLCB")
+
+
+def _listed(name: str, parts: dict[str, tuple[int, int, int]]) -> SensorInfo:
+    samples = {stream: count for stream, (count, _, _) in parts.items()}
+    rates = {
+        stream: (count - 1) * 1e6 / (last - first) if last > first else None
+        for stream, (count, first, last) in parts.items()
+    }
+    return SensorInfo(name, samples, rates)
+
+
+def _described(name: str, data: SensorData) -> SensorInfo:
+    spans = {stream: (len(t), float(t[0]), float(t[-1])) for stream, (t, _) in data.streams.items() if len(t)}
+    rates = {stream: (n - 1) / (last - first) if last > first else None for stream, (n, first, last) in spans.items()}
+    return SensorInfo(name, {stream: n for stream, (n, _, _) in spans.items()}, rates)

@@ -171,9 +171,10 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
     name = _named(source, format)
     known = formats()[name]
     try:
-        if known.sensors is not None:
-            return known.sensors(source, options)
-        return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
+        with np.errstate(over="ignore", invalid="ignore"):
+            if known.sensors is not None:
+                return known.sensors(source, options)
+            return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
     except ValueError as error:
         raise ValueError(f"{source.path}: {error}") from error
 
