@@ -109,6 +109,16 @@ class TestC3D:
         assert len(rec) == 65_535
         assert re.fullmatch(r"of 7000\d samples that the file states or has room for, 65535 were read", said[0])
 
+    def test_a_text_that_begins_with_gps_is_no_c3d(self, tmp_path: Path) -> None:
+        path = tmp_path / "log.csv"
+        gyr = readings.gyr(N)
+        path.write_text(
+            texts.lines(
+                ["GPSTime (s),gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)"], np.column_stack([0.01 * np.arange(N), gyr])
+            )
+        )
+        assert ar.read(path, units={"t": "s"}, columns={"t": "GPSTime (s)"}).meta["format"] == "csv"
+
     def test_other_channels_alone_are_refused_by_name(self, tmp_path: Path) -> None:
         path = written.c3d(tmp_path / "walk.c3d", N, labels="Force{}{}", units=("N", "N", "N"))
         content = path.read_bytes().replace(b"ForceAcc", b"ForceFzz").replace(b"ForceGyr", b"ForceFxx")

@@ -192,6 +192,26 @@ class TestROS:
 
 
 @needs("rosbags")
+@pytest.mark.parametrize(
+    ("kind", "compression"),
+    [
+        ("ros1", "LZ4"),
+        ("ros1", "BZ2"),
+        ("sqlite3", "FILE"),
+        ("sqlite3", "MESSAGE"),
+        ("mcap", "STORAGE"),
+        ("mcap", "FILE"),
+    ],
+)
+def test_a_compressed_bag_gives_the_same(tmp_path: Path, kind: str, compression: str) -> None:
+    path = tmp_path / ("imu.bag" if kind == "ros1" else "bag")
+    rec, said = told(written.ros(path, N, kind=kind, compression=compression))
+    assert said == []
+    assert np.array_equal(rec.gyr, readings.gyr(N))
+    assert len(rec.streams["mag"]) == N // 2
+
+
+@needs("rosbags")
 def test_a_bare_file_of_a_ros2_bag_is_read_under_any_name(tmp_path: Path) -> None:
     bag = written.ros(tmp_path / "bag", N, kind="mcap")
     plain = tmp_path / "recording"

@@ -33,6 +33,8 @@ STREAMS: dict[str, tuple[re.Pattern[str], str]] = {
     "pressure": (re.compile(r".*", re.I), "hPa"),
 }
 FACTORS = {"pressure": 100.0}
+#: The norm of a vector, beside its axes.
+_NORM = re.compile(r"(absolut|absolute|total|betrag|valeur absolue|absoluto|assoluta)", re.I)
 _TIME = re.compile(r"(time|zeit|temps|tiempo|tempo|t)\b.*\(s\)", re.I)
 
 
@@ -48,12 +50,11 @@ def sniff(source: Source) -> bool:
 
 
 def _is_table(names: list[str]) -> bool:
-    """Whether the first column is a time in s and others are called "Gyroscope x (rad/s)" and the like."""
-    return (
-        bool(names)
-        and bool(_TIME.fullmatch(names[0]))
-        and any(re.search(r"\b[xyz] \([^)]*\)$", name) for name in names[1:])
-    )
+    """Whether the first column is a time in s, and all others are axes that the app records, or their norm."""
+    if not names or not _TIME.fullmatch(names[0]):
+        return False
+    known = {column for columns in _streams(names).values() for column in columns}
+    return bool(known) and all(name in known or not name or _NORM.match(name) for name in names[1:])
 
 
 def load(source: Source, options: Options) -> dict[str, SensorData]:
