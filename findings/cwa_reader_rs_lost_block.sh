@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # cwa-reader-rs hides a block that an Axivity AX6 has lost.
 #
-# A .cwa file holds blocks of 40 samples, each with a number and a whole second at a sample. When one block of 0.4 s is missing, one expects a
-# hole of 0.4 s in the time index. There is none: the block after it is stretched back over the hole, its 40 samples are
-# 20 ms apart instead of 10, and the first of them is stamped 0.4 s too early. Angular rates integrate over that as if the device had
-# turned at half its speed. Three lost blocks (1.2 s) do leave a hole.
+# A .cwa file holds blocks of 40 samples, each with a number and a whole second at a sample. When one block of 0.4
+# s is missing, one expects a hole of 0.4 s in the time index. There is none: the block after it is stretched back
+# over the hole, its 40 samples are 20 ms apart instead of 10, and the first of them is stamped 0.4 s too early.
+# Angular rates integrate over that as if the device had turned at half its speed. Three lost blocks (1.2 s) do
+# leave a hole.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # ezc3d writes more than 65,535 frames into a C3D file, and reads 65,535 of them.
 #
-# C3D's header counts frames in 16 bits. At 100 frames a second that is 10.9 minutes. One expects a longer recording to be refused, or to
-# come back whole (the file is as large as it should be). Everything is written, and reading ends after 65,535 frames without a word:
-# of a recording of 70,000 frames the last 45 s are lost.
+# C3D's header counts frames in 16 bits. At 100 frames a second that is 10.9 minutes. One expects a longer
+# recording to be refused, or to come back whole (the file is as large as it should be). Everything is written,
+# and reading ends after 65,535 frames without a word: of a recording of 70,000 frames the last 45 s are lost.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

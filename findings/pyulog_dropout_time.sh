@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # The time of a drop-out in a PX4 log depends on which topics pyulog is asked to load.
 #
-# A ULog says at a place in the file that the logger has lost messages, and for how long; it has no stamp of its own. One expects the same time
-# for the same drop-out of the same file. pyulog gives it the last stamp of the topics that are loaded: a reader that loads the
-# slow topics only finds the drop-out up to one of their periods earlier. The log's last stamp moves the same way.
+# A ULog says at a place in the file that the logger has lost messages, and for how long; it has no stamp of its
+# own. One expects the same time for the same drop-out of the same file. pyulog gives it the last stamp of the
+# topics that are loaded: a reader that loads the slow topics only finds the drop-out up to one of their periods
+# earlier. The log's last stamp moves the same way.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # telemetry-parser gives the magnetic field of a Gyroflow log 10,000 times too small.
 #
-# In a .gcsv log "mscale" times the raw number is in gauss. The library answers in microtesla, so one expects its result times 100.
-# It divides by 100 where it should multiply: 0.5 gauss, the earth's field, comes out as 0.005 uT and not as 50 uT. Its rates and
-# accelerations from the same file are right.
+# In a .gcsv log "mscale" times the raw number is in gauss. The library answers in microtesla, so one expects its
+# result times 100. It divides by 100 where it should multiply: 0.5 gauss, the earth's field, comes out as 0.005
+# uT and not as 50 uT. Its rates and accelerations from the same file are right.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

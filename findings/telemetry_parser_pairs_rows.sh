@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# telemetry-parser puts the accelerometer of a GoPro into the first half of each second where the gyroscope is twice as fast.
+# telemetry-parser puts the accelerometer of a GoPro into the first half of each second where the gyroscope is
+# twice as fast.
 #
-# Cameras whose gyroscope has twice the accelerometer's rate exist. normalized_imu() gives rows with one stamp, a rate and an acceleration.
-# One expects the acceleration of that time, or none in every other row. Within each metadata payload (about a second) the k-th row takes
-# the k-th acceleration instead: what was measured 0.9 s into the second stands at 0.45 s, and the second half has none.
+# Cameras whose gyroscope has twice the accelerometer's rate exist. normalized_imu() gives rows with one stamp, a
+# rate and an acceleration. One expects the acceleration of that time, or none in every other row. Within each
+# metadata payload (about a second) the k-th row takes the k-th acceleration instead: what was measured 0.9 s into
+# the second stands at 0.45 s, and the second half has none.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
