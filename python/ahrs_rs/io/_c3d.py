@@ -35,9 +35,9 @@ _LABEL = {
 
 
 def sniff(source: Source) -> bool:
-    """Whether the second byte is C3D's key, the first points to a parameter block, and it is no text ("GPS,...")."""
+    """Whether the second byte is C3D's key, the first points to a parameter block, and it is no text (GPS_Week,...)."""
     head = source.head
-    return len(head) >= 512 and head[1] == 0x50 and 2 <= head[0] < 128 and b"\0" in head[:512]
+    return len(head) >= 512 and head[1] == 0x50 and 2 <= head[0] < 128 and 0 in head[:512]
 
 
 def prepare() -> None:

@@ -102,6 +102,10 @@ def _label(cell: Any) -> str:
     return text.removesuffix(".0")
 
 
+#: Quantities that nothing is computed from: their units need no word.
+UNUSED = ("temperature", "pressure")
+
+
 def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDArray[np.intp] | None) -> SensorData:
     data = SensorData({}, meta={"repairs": list(table.repairs)})
     units: dict[str, str] = {}
@@ -116,7 +120,7 @@ def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDAr
             units[quantity] = ", ".join(dict.fromkeys(column.unit or default for column in group))
             if is_sizeless(group[0]):
                 units[quantity] = "normalised" if unit_key(group[0].unit) not in ("raw", "counts", "lsb") else "raw"
-            if not all(column.unit for column in group):
+            if not all(column.unit for column in group) and quantity not in UNUSED:
                 assumed[quantity] = default
     _force_by_its_size(arrays, data)
     clocks, own = _clock(table, rows, len(next(iter(arrays.values()))), data, quantities)
