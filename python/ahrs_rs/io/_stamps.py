@@ -76,23 +76,3 @@ def unwrapped(counter: NDArray[Any], bits: int) -> FloatArray:
     if known.any():
         out[known] = values[known] + size * np.concatenate([[0.0], np.cumsum(turns)])
     return out
-
-
-def counted_times(counter: NDArray[Any], bits: int, rate: float) -> tuple[FloatArray, int]:
-    """Times of packets by their counter, and how many packets are missing between the first and the last.
-
-    Parameters
-    ----------
-    counter : (n,) packet numbers that wrap after `bits` bits.
-    rate : packets a second, Hz.
-
-    Returns
-    -------
-    t : (n,) s, 0 at the first packet; a lost packet is a longer step.
-    lost : int
-    """
-    count = unwrapped(counter, bits)
-    known = count[np.isfinite(count)]
-    first = known[0] if known.size else 0.0
-    lost = int(known.max() - known.min()) + 1 - len(np.unique(known)) if known.size else 0
-    return (count - first) / rate, lost
