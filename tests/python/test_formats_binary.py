@@ -87,7 +87,9 @@ class TestC3D:
         assert np.allclose(rec.gyr, readings.gyr(N), rtol=2.0**-23)
         assert rec.meta["units"]["gyr"] == "deg/s"
 
-    @pytest.mark.parametrize("labels", ["{sensor}: {}.{}", "{sensor}_{}{}", "IM {}{}{sensor}", "{}_{} {sensor}"])
+    @pytest.mark.parametrize(
+        "labels", ["{sensor}: {}.{}", "{sensor}_{}{}", "IM {}{}{sensor}", "{}_{} {sensor}", "{}{sensor}.{}"]
+    )
     def test_labels_of_several_sensors_are_told_apart(self, tmp_path: Path, labels: str) -> None:
         path = written.c3d(tmp_path / "walk.c3d", N, labels=labels, sensors=("1", "2"))
         names = [one.name for one in ar.sensors(path)]

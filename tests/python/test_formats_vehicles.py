@@ -39,6 +39,15 @@ class TestPX4:
         assert rec.ref is None
         assert rec.meta["device_frame"] == "NED"
 
+    def test_samples_of_the_accelerometer_stand_at_their_own_stamps(self, tmp_path: Path) -> None:
+        rows = [
+            ("sensor_combined", 0, (1_000_000 + 4000 * k, 0.1, 0, 0, 4000, -1500, 0, 0, -9.75, 4000)) for k in range(N)
+        ]
+        path = tmp_path / "log.ulg"
+        path.write_bytes(ulog.log(rows))
+        rec, _ = told(path)
+        assert np.allclose(rec.streams["acc"].t, rec.streams["gyr"].t - 0.0015, atol=1e-9, rtol=0)
+
     def test_lost_messages_are_gaps_in_time_and_drop_outs_are_told(self, tmp_path: Path) -> None:
         rows = [row for row in samples.px4_rows(N) if not 1_080_000 <= row[2][0] < 1_160_000]
         path = tmp_path / "log.ulg"
@@ -189,6 +198,21 @@ class TestROS:
         assert np.array_equal(recs["/right/data"].gyr, readings.gyr(N) * 2)
         assert len(recs["/right/data"].streams["mag"]) == N // 2
         assert len(ar.read(path, sensor="/left/data")) == N
+
+
+@needs("rosbags")
+def test_raw_and_filtered_topics_of_one_frame_share_the_magnetometer() -> None:
+    from ahrs_rs.io import _ros
+
+    def messages(frame: str) -> _ros._Messages:
+        held = _ros._Messages()
+        held.frame = frame
+        return held
+
+    imus = {"/imu/data_raw": messages("imu"), "/imu/data": messages("imu"), "/other/data": messages("other")}
+    assert _ros._owners("/imu/mag", messages("imu"), imus, ["/imu/mag"]) == ["/imu/data_raw", "/imu/data"]
+    assert _ros._owners("/other/mag", messages(""), imus, ["/other/mag"]) == ["/other/data"]
+    assert _ros._owners("/mag", messages("else"), imus, ["/mag"]) == []
 
 
 @needs("rosbags")

@@ -66,7 +66,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     data.meta["axes"] = "of the phone: x to the right, y to the top, z out of the screen"
     for file in files or [""]:
         names = header_of(source.read(file or None, 4096) if file else source.head)
-        found = _streams(names)
+        found = _streams(names) if names and _TIME.fullmatch(names[0]) else {}
         if not found:
             if any("(m/s^2)" in name or "(rad/s)" in name for name in names):
                 data.say("ignored", f"{file or source.name}: {', '.join(names)}")

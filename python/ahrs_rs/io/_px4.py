@@ -114,16 +114,11 @@ def _combined(found: dict[tuple[str, int], dict[str, NDArray[Any]]]) -> SensorDa
     stamps: dict[str, NDArray[Any]] = {"gyr": topic["timestamp"]}
     values: dict[str, Any] = {"gyr": _vector(topic, "gyro_rad")}
     columns = {"gyr": [f"{MAIN}.gyro_rad"]}
-    relative = topic["accelerometer_timestamp_relative"]
-    acc = _vector(topic, "accelerometer_m_s2")
-    missing = relative == NO_SAMPLE
-    acc[missing] = np.nan
-    offset = np.where(missing, 0, relative).astype(np.int64)
-    stamps["acc"] = stamps["gyr"] if not offset.any() else (topic["timestamp"].astype(np.int64) + offset)
-    values["acc"], columns["acc"] = acc, [f"{MAIN}.accelerometer_m_s2"]
+    stamps["acc"], values["acc"], missing = _relative(topic, "accelerometer", "accelerometer_m_s2")
+    columns["acc"] = [f"{MAIN}.accelerometer_m_s2"]
     if "magnetometer_ga[0]" in topic:  # before PX4 1.7: in the same topic
-        stamps["mag"], values["mag"] = stamps["gyr"], _vector(topic, "magnetometer_ga") * GAUSS
-        columns["mag"] = [f"{MAIN}.magnetometer_ga"]
+        stamps["mag"], gauss, _ = _relative(topic, "magnetometer", "magnetometer_ga")
+        values["mag"], columns["mag"] = gauss * GAUSS, [f"{MAIN}.magnetometer_ga"]
     elif ("vehicle_magnetometer", 0) in found:
         field = found["vehicle_magnetometer", 0]
         stamps["mag"], values["mag"] = _sampled(field), _vector(field, "magnetometer_ga") * GAUSS
@@ -144,11 +139,23 @@ def _combined(found: dict[tuple[str, int], dict[str, NDArray[Any]]]) -> SensorDa
         else:
             del stamps["heading"]
     data = _data(stamps, values, columns)
-    if missing.any():
-        data.meta["missing"] = {"acc": int(missing.sum())}
+    if missing:
+        data.meta["missing"] = {"acc": missing}
     if "device_quat" in values:
         data.meta["device_frame"] = FRAME
     return data
+
+
+def _relative(topic: dict[str, NDArray[Any]], sensor: str, name: str) -> tuple[NDArray[Any], FloatArray, int]:
+    """Stamps and values of a sensor within sensor_combined, and how many rows have no sample of it (NaN)."""
+    values, stamps = _vector(topic, name), topic["timestamp"]
+    relative = topic.get(f"{sensor}_timestamp_relative")
+    if relative is None:
+        return stamps, values, 0
+    missing = relative == NO_SAMPLE
+    values[missing] = np.nan
+    offset = np.where(missing, 0, relative).astype(np.int64)
+    return (stamps.astype(np.int64) + offset if offset.any() else stamps), values, int(missing.sum())
 
 
 def _single(found: dict[tuple[str, int], dict[str, NDArray[Any]]], instance: int) -> SensorData:
