@@ -128,8 +128,7 @@ class Recording:
         Parameters
         ----------
         **streams : ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``, ``temperature``
-        as the arguments
-            of `Recording`, and any further ones, which are kept. All times are on one time base, s.
+            as the arguments of `Recording`, and any further ones, which are kept. All times are on one time base, s.
         rate : Hz of the rows; None takes that of the clock.
         meta : what else is known.
 
@@ -148,9 +147,8 @@ class Recording:
         --------
         >>> import numpy as np
         >>> import ahrs_rs as ar
-        >>> rec = ar.Recording.from_streams(
-        ...     gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], [[20.0, 0.0, -40.0], [20.0, 0.0,
-        -40.0]]) ... )
+        >>> field = [[20.0, 0.0, -40.0], [20.0, 0.0, -40.0]]
+        >>> rec = ar.Recording.from_streams(gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], field))
         >>> rec.mag[:, 0]
         array([nan, 20., nan, nan, 20., nan])
         """

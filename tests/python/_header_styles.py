@@ -252,8 +252,9 @@ STYLES = [
         "Pupil Labs Neon export",
         "2.1.6",
         "Neon's export format, as pupil-labs-neon-recording reads it",
-        "recording id,timestamp [ns],gyro x [deg/s],gyro y [deg/s],gyro z [deg/s],acceleration x [g],acceleration y [g],"
-        "acceleration z [g],roll [deg],pitch [deg],yaw [deg],quaternion w,quaternion x,quaternion y,quaternion z",
+        "recording id,timestamp [ns],gyro x [deg/s],gyro y [deg/s],gyro z [deg/s],acceleration x [g],"
+        "acceleration y [g],acceleration z [g],roll [deg],pitch [deg],yaw [deg],quaternion w,quaternion x,"
+        "quaternion y,quaternion z",
         "text t1970/ns g/dps a/g 0 0 0 q",
     ),
     Style(

@@ -325,7 +325,8 @@ def _clock(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | None:
         if cut and not _DEVICE.fullmatch(words[0]):
             break
         rest, own = _without_unit("t", words[cut:], unit)
-        if rest in TIMES or (not rest and own):
+        single = len(rest) == 1 and len(rest[0]) > 1 and is_unit("t", rest[0])  # nsecs
+        if rest in TIMES or single or (not rest and own):
             if rest == ("t",) and unit and not is_unit("t", unit) and is_unit("temperature", unit):
                 return "temperature", 0, unit, "", (), False, bracketed
             if not own:  # a name like "millis" or "seconds_elapsed" says the unit of the time

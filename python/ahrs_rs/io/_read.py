@@ -87,7 +87,7 @@ def read(
     """
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, sensor, timezone, rate)
     window = _window(between)
-    source = _source(path)
+    source = _source(path, format)
     name, found = _load(source, format, options)
     try:
         main = formats()[name].main
@@ -142,7 +142,7 @@ def read_all(
     """Read all sensors of a file: sensor -> recording. Parameters, warnings and errors are those of `read`."""
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, None, timezone, rate)
     window = _window(between)
-    source = _source(path)
+    source = _source(path, format)
     name, found = _load(source, format, options)
     recordings = {}
     for sensor, data in found.items():
@@ -167,7 +167,7 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
     list of SensorInfo
         Their names are what ``read(..., sensor=)`` takes.
     """
-    source, options = _source(path), Options()
+    source, options = _source(path, format), Options()
     name = _named(source, format)
     known = formats()[name]
     try:
@@ -194,6 +194,10 @@ def _options(layout: str | os.PathLike[str] | None, *given: Any) -> Options:
         raise ValueError(f"rate: expected a positive, finite number of Hz, got {rate!r}")
     if options.axes is not None:
         axes_matrix(options.axes)  # wrong ones are told before a file is read
+    if options.timezone is not None:
+        from ._moments import known_zone  # here: it is rarely asked for
+
+        known_zone(options.timezone)
     return options
 
 
@@ -205,10 +209,15 @@ def _window(between: tuple[float, float] | None) -> tuple[float, float] | None:
     return float(between[0]), float(between[1])
 
 
-def _source(path: Readable) -> Source:
+def _source(path: Readable, format: str | None) -> Source:
     source = Source.of(path)
     if not source.is_folder and not source.head:
         raise ValueError(f"{source.path}: is empty")
+    alone = source.names[0] if source.is_zip and len(source.names) == 1 else ""
+    if alone and not alone.endswith(".npy") and not any(one.sniff(source) for one in formats().values()):
+        source = source.child(alone)
+        if not source.head:
+            raise ValueError(f"{source.path}: is empty")
     return source
 
 

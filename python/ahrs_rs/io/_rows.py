@@ -340,7 +340,13 @@ def _wrong(t: FloatArray, clock: Clock) -> str:
 
 def _tell(table: TableData, data: SensorData, quantities: dict[str, list[Column]]) -> None:
     """What was not taken, and what the program is known for."""
-    used = {column.index for columns in quantities.values() for column in columns}
+    # Columns of other sensors of the table are not left out: they are read by the names of those.
+    used = {
+        column.index
+        for one in (quantities, *table.choice.sensors.values())
+        for group in one.values()
+        for column in group
+    }
     clock_names = set(data.meta["columns"].get("t", ()))
     ignored = [
         header

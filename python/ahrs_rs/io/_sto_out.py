@@ -45,8 +45,8 @@ def write_sto(path: str | os.PathLike[str], estimates: Mapping[str, Estimate]) -
     --------
     >>> import ahrs_rs as ar
     >>> rec = ar.simulate.demo(duration=2.0)
-    >>> ar.io.write_sto("model.sto", {"pelvis_imu": ar.VQF().run(rec), "femur_r_imu": ar.VQF().run(rec)})  # doctest:
-    +SKIP
+    >>> sensors = {"pelvis_imu": ar.VQF().run(rec), "femur_r_imu": ar.VQF().run(rec)}
+    >>> ar.io.write_sto("model.sto", sensors)  # doctest: +SKIP
     """
     if not estimates:
         raise ValueError("estimates: expected at least one, got none")

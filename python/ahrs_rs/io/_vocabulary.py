@@ -72,7 +72,8 @@ TIMES = frozenset(
         timeofday | message time | publish time | server time | time of validity | tow | gps tow | time of week | gps
         time of week | gps timeof week | itow | time itow | gpsitow | elapsedtime | runtime | run time | uptime | up
         time | sampletime | timestamp ms | timestamp us | timestamp ns | since start | time since start | recording
-        timestamp | receive time | received | arrival time | relative time | time relative | time delta | abs time
+        timestamp | receive time | received | received time | reception time | arrival time | relative time | time
+        relative | time delta | abs time
         """
     )
 )
