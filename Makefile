@@ -6,7 +6,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench firmware
-.PHONY: attack header format clean
+.PHONY: attack header format formats damage tables clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,6 +60,17 @@ browser: ## Install the browser (Debian, root) that the test of the papers' repo
 
 calibration: build ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
 	$(BIN)/python tools/calibration.py
+
+tables: build ## Write what tables are understood into docs/tables.md
+	$(BIN)/python tools/tables.py
+
+formats: build ## Read a file of every format, and write what each of them gives into docs/formats.md
+	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
+	$(BIN)/python tools/formats.py
+
+damage: build ## Read a thousand damaged files of every format: an error or what is left, never a crash
+	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
+	$(BIN)/python tools/damage.py
 
 bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1' 'imufusion==1.3.3'

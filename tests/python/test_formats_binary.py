@@ -87,7 +87,9 @@ class TestC3D:
         assert np.allclose(rec.gyr, readings.gyr(N), rtol=2.0**-23)
         assert rec.meta["units"]["gyr"] == "deg/s"
 
-    @pytest.mark.parametrize("labels", ["{sensor}: {}.{}", "{sensor}_{}{}", "IM {}{}{sensor}", "{}_{} {sensor}"])
+    @pytest.mark.parametrize(
+        "labels", ["{sensor}: {}.{}", "{sensor}_{}{}", "IM {}{}{sensor}", "{}_{} {sensor}", "{}{sensor}.{}"]
+    )
     def test_labels_of_several_sensors_are_told_apart(self, tmp_path: Path, labels: str) -> None:
         path = written.c3d(tmp_path / "walk.c3d", N, labels=labels, sensors=("1", "2"))
         names = [one.name for one in ar.sensors(path)]
@@ -108,6 +110,16 @@ class TestC3D:
         # Room is counted in frames of 52 bytes, to the end of a block of 512.
         assert len(rec) == 65_535
         assert re.fullmatch(r"of 7000\d samples that the file states or has room for, 65535 were read", said[0])
+
+    def test_a_text_that_begins_with_gps_is_no_c3d(self, tmp_path: Path) -> None:
+        path = tmp_path / "log.csv"
+        gyr = readings.gyr(N)
+        path.write_text(
+            texts.lines(
+                ["GPSTime (s),gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)"], np.column_stack([0.01 * np.arange(N), gyr])
+            )
+        )
+        assert ar.read(path, units={"t": "s"}, columns={"t": "GPSTime (s)"}).meta["format"] == "csv"
 
     def test_other_channels_alone_are_refused_by_name(self, tmp_path: Path) -> None:
         path = written.c3d(tmp_path / "walk.c3d", N, labels="Force{}{}", units=("N", "N", "N"))

@@ -52,6 +52,16 @@ class TestXsens:
         assert np.allclose(rec.t, 0.01 * kept, atol=1e-9, rtol=0)
         assert said == [f"6 of {N} packets by PacketCounter; they are gaps in time"]
 
+    def test_a_packet_without_fine_time_stands_where_its_number_says(self, tmp_path: Path) -> None:
+        lost = [20, 21, 22]
+        lines = texts.xsens(N, lost=lost).splitlines()
+        header = next(i for i, line in enumerate(lines) if line.startswith("PacketCounter"))
+        for row in (19, 20):  # those beside the gap
+            cells = lines[header + 1 + row].split("\t")
+            lines[header + 1 + row] = "\t".join([cells[0], "", *cells[2:]])
+        rec, _ = told(file(tmp_path, "MT.txt", "\n".join([*lines, ""])))
+        assert np.allclose(rec.t, 0.01 * np.setdiff1d(np.arange(N), lost), atol=1e-9, rtol=0)
+
     def test_without_fine_times_the_counter_and_the_stated_rate_are_the_clock(self, tmp_path: Path) -> None:
         lost = [10, 11]
         rec, _ = told(file(tmp_path, "MT.txt", texts.xsens(N, fine=False, lost=lost, rate="100.0Hz")))

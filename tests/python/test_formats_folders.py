@@ -37,6 +37,7 @@ class TestEuRoC:
         assert np.allclose(q * np.sign(q[0]), [np.sqrt(0.5), 0, 0, -np.sqrt(0.5)], atol=1e-15)
         assert rec.meta["ref_frame"].startswith("z up")
         assert np.array_equal(rec.streams["velocity"].values[0], [0.1, 0.2, 0.3])
+        assert np.array_equal(rec.streams["position"].values[0], [1.0, 2.0, 3.0])
 
     def test_one_file_of_the_folder_is_read_too(self, tmp_path: Path) -> None:
         folder = texts.euroc(tmp_path / "V1_01", N)
@@ -196,6 +197,14 @@ class TestPhyphox:
         assert said == []
         assert len(rec.streams["gyr"]) == N
         assert len(rec.streams["acc"]) == N // 2
+
+    def test_a_table_of_others_with_such_a_time_is_none_of_phyphox(self, tmp_path: Path) -> None:
+        path = tmp_path / "log.csv"
+        header = "Time (s),Gyroscope x (deg/s),Gyroscope y (deg/s),Gyroscope z (deg/s)"
+        path.write_text(texts.lines([header], [[0.01 * k, *np.degrees(readings.gyr(N))[k]] for k in range(N)]))
+        rec = ar.read(path)
+        assert rec.meta["format"] == "csv"
+        assert np.allclose(rec.gyr, readings.gyr(N), rtol=1e-12)
 
     def test_names_in_german_are_understood(self, tmp_path: Path) -> None:
         header = '"Zeit (s)";"Lineare Beschleunigung x (m/s^2)";"Lineare Beschleunigung y (m/s^2)"'

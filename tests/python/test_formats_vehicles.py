@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,15 @@ class TestPX4:
         assert rec.ref is None
         assert rec.meta["device_frame"] == "NED"
 
+    def test_samples_of_the_accelerometer_stand_at_their_own_stamps(self, tmp_path: Path) -> None:
+        rows = [
+            ("sensor_combined", 0, (1_000_000 + 4000 * k, 0.1, 0, 0, 4000, -1500, 0, 0, -9.75, 4000)) for k in range(N)
+        ]
+        path = tmp_path / "log.ulg"
+        path.write_bytes(ulog.log(rows))
+        rec, _ = told(path)
+        assert np.allclose(rec.streams["acc"].t, rec.streams["gyr"].t - 0.0015, atol=1e-9, rtol=0)
+
     def test_lost_messages_are_gaps_in_time_and_drop_outs_are_told(self, tmp_path: Path) -> None:
         rows = [row for row in samples.px4_rows(N) if not 1_080_000 <= row[2][0] < 1_160_000]
         path = tmp_path / "log.ulg"
@@ -69,6 +79,14 @@ class TestPX4:
             ValueError, match="sensor: expected one of 'sensor_combined', 'sensor_0', 'sensor_1', got 'x'"
         ):
             ar.read(path, sensor="x")
+
+    def test_sensors_are_listed_without_loading_the_log(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        path = samples.px4(tmp_path, N)
+        monkeypatch.setitem(sys.modules, "pyulog", None)  # not importable
+        info = ar.sensors(path)[0]
+        assert info.name == "sensor_combined"
+        assert info.samples == {"gyr": N, "acc": N, "mag": N // 5, "device_quat": N // 2}
+        assert info.rates["gyr"] == pytest.approx(250.0)
 
     def test_a_cut_log_gives_what_came_before_and_says_so(self, tmp_path: Path) -> None:
         path = samples.px4(tmp_path, N)
@@ -180,6 +198,41 @@ class TestROS:
         assert np.array_equal(recs["/right/data"].gyr, readings.gyr(N) * 2)
         assert len(recs["/right/data"].streams["mag"]) == N // 2
         assert len(ar.read(path, sensor="/left/data")) == N
+
+
+@needs("rosbags")
+def test_raw_and_filtered_topics_of_one_frame_share_the_magnetometer() -> None:
+    from ahrs_rs.io import _ros
+
+    def messages(frame: str) -> _ros._Messages:
+        held = _ros._Messages()
+        held.frame = frame
+        return held
+
+    imus = {"/imu/data_raw": messages("imu"), "/imu/data": messages("imu"), "/other/data": messages("other")}
+    assert _ros._owners("/imu/mag", messages("imu"), imus, ["/imu/mag"]) == ["/imu/data_raw", "/imu/data"]
+    assert _ros._owners("/other/mag", messages(""), imus, ["/other/mag"]) == ["/other/data"]
+    assert _ros._owners("/mag", messages("else"), imus, ["/mag"]) == []
+
+
+@needs("rosbags")
+@pytest.mark.parametrize(
+    ("kind", "compression"),
+    [
+        ("ros1", "LZ4"),
+        ("ros1", "BZ2"),
+        ("sqlite3", "FILE"),
+        ("sqlite3", "MESSAGE"),
+        ("mcap", "STORAGE"),
+        ("mcap", "FILE"),
+    ],
+)
+def test_a_compressed_bag_gives_the_same(tmp_path: Path, kind: str, compression: str) -> None:
+    path = tmp_path / ("imu.bag" if kind == "ros1" else "bag")
+    rec, said = told(written.ros(path, N, kind=kind, compression=compression))
+    assert said == []
+    assert np.array_equal(rec.gyr, readings.gyr(N))
+    assert len(rec.streams["mag"]) == N // 2
 
 
 @needs("rosbags")

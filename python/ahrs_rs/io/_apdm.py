@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from . import _attitude
-from ._contents import FloatArray, Options, SensorData, SensorInfo, require
+from ._contents import FloatArray, Options, SensorData, SensorInfo
+from ._hdf5 import array, opened
 from ._library import refuse, understood
 from ._lines import cells, head_lines, is_text, read_table
 from ._source import Source
@@ -45,6 +46,7 @@ NAMED = {
     "temperature": ("Temperature", ("",)),
     "pressure": ("Air Pressure", ("",)),
 }
+WHAT = "HDF5 file of APDM"
 CLOCK = "synchronised, µs since 1970"
 FRAME = "NWU"
 
@@ -53,11 +55,10 @@ def sniff_hdf5(source: Source) -> bool:
     """Whether an HDF5 file has sensors of APDM."""
     if not source.head.startswith(HDF5):
         return False
-    h5py = require("h5py")
     try:
-        with source.file() as path, h5py.File(path, "r") as file:
+        with opened(source) as file:
             return "Sensors" in file or any("Calibrated" in file[name] for name in file if _is_group(file[name]))
-    except Exception:  # damaged: the reader says how
+    except ValueError:  # damaged: the reader says how
         return False
 
 
@@ -87,8 +88,7 @@ def _label(group: Any) -> str:
 
 def sensors_hdf5(source: Source, options: Options) -> list[SensorInfo]:
     """The sensors of a file, from the shapes of its data sets."""
-    h5py = require("h5py")
-    with understood("HDF5 file of APDM"), source.file() as path, h5py.File(path, "r") as file:
+    with opened(source) as file, understood(WHAT):
         found = []
         for name, (_, group) in _devices(file).items():
             held = group.get("Calibrated", group)
@@ -104,8 +104,7 @@ def _length(group: Any, keys: Sequence[str]) -> int | None:
 
 def load_hdf5(source: Source, options: Options) -> dict[str, SensorData]:
     """Read the sensors of a file."""
-    h5py = require("h5py")
-    with understood("HDF5 file of APDM"), source.file() as path, h5py.File(path, "r") as file:
+    with opened(source) as file, understood(WHAT):
         devices = _devices(file)
         if not devices:
             raise refuse("is an HDF5 file of APDM without sensors")
@@ -122,7 +121,7 @@ def _hdf5_sensor(file: Any, number: str, group: Any) -> SensorData:
     clock = next((part["Time"] for part in (group, held) if "Time" in part), None)
     if clock is None:
         raise refuse(f"has no times of sensor {number}")
-    stamps = np.asarray(clock[()]).reshape(-1)
+    stamps = array(clock).reshape(-1)
     times, origin = seconds({"t": stamps}, 1e-6)
     data = SensorData(streams={}, meta={"units": {}, "clock": CLOCK, "info": {"number": number}})
     start = utc(origin)
@@ -131,7 +130,7 @@ def _hdf5_sensor(file: Any, number: str, group: Any) -> SensorData:
     for stream, keys in DATASETS.items():
         key = next((key for key in keys if key in held), None)
         if key is not None:
-            values = np.asarray(held[key][()], dtype=np.float64)
+            values = array(held[key]).astype(np.float64)
             if (
                 values.ndim == 2 and values.shape[0] in (1, 3) and values.shape[1] == len(stamps)
             ):  # older: a row an axis
@@ -144,7 +143,7 @@ def _hdf5_sensor(file: Any, number: str, group: Any) -> SensorData:
             data.meta["units"][stream] = UNITS[stream]
     for place in (f"Processed/{number}/Orientation", f"{number}/Orientation"):
         if place in file and file[place].shape == (len(stamps), 4):
-            data.streams["device_quat"] = (times["t"], _attitude.recorded(file[place][()]))
+            data.streams["device_quat"] = (times["t"], _attitude.recorded(array(file[place])))
             data.meta["device_frame"] = FRAME
             break
     return data

@@ -29,7 +29,10 @@ NAMES = {
 #: A unit of each, for the message that asks for it.
 EXAMPLES = {"gyr": "deg/s", "acc": "g", "mag": "uT"}
 _LABEL = {
-    stream: re.compile(rf"(?P<before>.*?)(?<![a-z])(?:{names})[ ._:\-]*(?P<axis>[xyz])(?P<after>.*)", re.I)
+    stream: re.compile(
+        rf"(?P<before>.*?)(?<![a-z])(?:{names})[ ._:\-]*(?P<number>\d*)[ ._:\-]*(?P<axis>[xyz])(?P<after>[^a-z].*)?",
+        re.I,
+    )
     for stream, names in NAMES.items()
 }
 
@@ -128,7 +131,8 @@ def _sensors(labels: list[str]) -> dict[str, dict[str, list[int]]]:
         for stream, pattern in _LABEL.items():
             match = pattern.fullmatch(label)
             if match:
-                name = " ".join(f"{match['before']} {match['after']}".replace(":", " ").split()).strip(" ._-") or "imu"
+                parts = f"{match['before']} {match['number']} {match['after'] or ''}".replace(":", " ")
+                name = " ".join(parts.split()).strip(" ._-") or "imu"
                 found.setdefault(name, {}).setdefault(stream, {}).setdefault(match["axis"].lower(), index)
                 break
     whole = {

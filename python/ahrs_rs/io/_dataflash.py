@@ -39,7 +39,9 @@ class _Log:
 
     def __init__(self, path: str) -> None:
         reader = require("pymavlink.DFReader", extra="mavlink")
-        self._log = reader.DFReader_binary.__new__(reader.DFReader_binary)
+        # Without its search for the time of day, which goes through all messages where there is no GPS.
+        indexed: Any = type("Indexed", (reader.DFReader_binary,), {"init_clock": lambda log: None})
+        self._log = indexed.__new__(indexed)
         try:
             with quiet_native() as printed:
                 self._log.__init__(path)

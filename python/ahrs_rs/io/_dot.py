@@ -15,8 +15,8 @@ import numpy as np
 from . import _attitude
 from ._contents import Options, SensorData
 from ._lines import cells, head_lines, is_text, read_table, separator_of
+from ._packets import COUNTER, FINE, packet_times
 from ._source import Source
-from ._stamps import counted_times, unwrapped
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "acc": ("Acc_X", "Acc_Y", "Acc_Z"),
@@ -25,7 +25,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "quaternion": ("Quat_W", "Quat_X", "Quat_Y", "Quat_Z"),
     "euler": ("Euler_X", "Euler_Y", "Euler_Z"),
 }
-COUNTER, FINE, FINE_UNIT, FINE_BITS = "PacketCounter", "SampleTimeFine", 1e-6, 32
+FINE_UNIT = 1e-6
 #: Columns that only this device writes.
 OWN = re.compile(r"Quat_[WXYZ]|Euler_[XYZ]|dq_[WXYZ]|dv\[[123]\]|ClipCountAcc|Status")
 #: What looks like a sensor and is none of ours.
@@ -67,25 +67,10 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     table = read_table(content, row + 1, names, wanted, separator, exact=stamps)
     preamble = _preamble(lines[:row])
     data = SensorData(streams={}, meta={"repairs": table.repairs, "info": preamble})
-    stated = re.match(r"[\d.]+", preamble.get("outputrate", ""))
-    rate = options.rate or (float(stated[0]) if stated and float(stated[0]) > 0 else None)
-    counted = None
-    if COUNTER in names:
-        counted, lost = counted_times(
-            table.columns[names.index(COUNTER)], _bits(table.columns[names.index(COUNTER)]), rate or 1.0
-        )
-        if lost:
-            data.say("lost", f"{lost} of {lost + len(table)} packets by PacketCounter; they are gaps in time")
-    if FINE in names and not options.rate:
-        count = unwrapped(table.columns[names.index(FINE)], FINE_BITS)
-        known = count[np.isfinite(count)]
-        t = (count - (known[0] if known.size else 0.0)) * FINE_UNIT
-        data.meta["clock"] = "SampleTimeFine of the sensor"
-    elif rate is None:
-        raise ValueError("has no SampleTimeFine and no output rate: give rate=")
-    else:
-        t = counted if counted is not None else np.arange(len(table)) / rate
-        data.meta["clock"] = f"PacketCounter at {rate:g} Hz" if counted is not None else "none: rows at the stated rate"
+    stated = re.match(r"\d+(\.\d+)?", preamble.get("outputrate", ""))
+    counter = table.columns[names.index(COUNTER)] if COUNTER in names else None
+    clock = table.columns[names.index(FINE)] if FINE in names else None
+    t = packet_times(len(table), counter, clock, FINE_UNIT, float(stated[0]) or None if stated else None, options, data)
     for stream in ("gyr", "acc", "mag"):
         if stream in found:
             values = table.vectors(found[stream])
@@ -104,11 +89,6 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     if others:
         data.say("ignored", f"columns {', '.join(others)}")
     return {preamble.get("devicetag") or "imu": data}
-
-
-def _bits(counter: np.ndarray) -> int:
-    """A counter beyond 16 bits has 32."""
-    return 32 if np.nanmax(np.asarray(counter, dtype=np.float64), initial=0.0) > 65535 else 16
 
 
 def _preamble(lines: Sequence[str]) -> dict[str, str]:

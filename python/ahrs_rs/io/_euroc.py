@@ -24,7 +24,8 @@ from ._stamps import seconds, utc
 
 GYR, ACC = tuple(f"w_RS_S_{axis}" for axis in "xyz"), tuple(f"a_RS_S_{axis}" for axis in "xyz")
 QUAT = tuple(f"q_RS_{axis}" for axis in "wxyz")
-VELOCITY = tuple(f"v_RS_R_{axis}" for axis in "xyz")
+#: Beside the orientation, in the frame of the truth.
+MOTION = {"velocity": "v_RS_R_", "position": "p_RS_R_"}
 #: Folders of the truth, in the order of preference.
 TRUTHS = ("state_groundtruth_estimate0", "mocap0", "gt0", "vicon0")
 FRAME = "z up, heading of the motion capture"
@@ -123,8 +124,10 @@ def _add_truth(data: SensorData, table: Any, t: Any, turn: FloatArray | None) ->
         quat = _attitude.recorded(table.vectors(QUAT))
         data.streams["ref"] = (t, quat if turn is None else _quat.multiply(quat, turn))
         data.meta["ref_frame"] = FRAME
-    if set(VELOCITY) <= set(table.columns):
-        data.streams["velocity"] = (t, table.vectors(VELOCITY))
+    for stream, prefix in MOTION.items():
+        names = [f"{prefix}{axis}" for axis in "xyz"]
+        if set(names) <= set(table.columns):
+            data.streams[stream] = (t, table.vectors(names))
 
 
 def _stamps(table: Any) -> NDArray[Any]:

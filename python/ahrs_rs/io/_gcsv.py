@@ -23,6 +23,8 @@ GROUPS = {
     "acc": (("ax", "ay", "az"), "ascale", 9.80665),
     "mag": (("mx", "my", "mz"), "mscale", 100.0),
 }
+#: Names of the angular rate in the first logs.
+OLDER = {"rx": "gx", "ry": "gy", "rz": "gz"}
 UNITS = {"gyr": "rad/s", "acc": "g", "mag": "gauss"}
 
 
@@ -40,7 +42,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     )
     if row is None:
         raise ValueError("has no header t,gx,gy,gz")
-    names = cells(lines[row], ",")
+    names = [OLDER.get(name, name) for name in cells(lines[row], ",")]
     keys = {
         key.strip().lower(): value.strip()
         for line in lines[1:row]

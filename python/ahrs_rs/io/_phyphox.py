@@ -33,6 +33,8 @@ STREAMS: dict[str, tuple[re.Pattern[str], str]] = {
     "pressure": (re.compile(r".*", re.I), "hPa"),
 }
 FACTORS = {"pressure": 100.0}
+#: The norm of a vector, beside its axes.
+_NORM = re.compile(r"(absolut|absolute|total|betrag|valeur absolue|absoluto|assoluta)", re.I)
 _TIME = re.compile(r"(time|zeit|temps|tiempo|tempo|t)\b.*\(s\)", re.I)
 
 
@@ -48,12 +50,11 @@ def sniff(source: Source) -> bool:
 
 
 def _is_table(names: list[str]) -> bool:
-    """Whether the first column is a time in s and others are called "Gyroscope x (rad/s)" and the like."""
-    return (
-        bool(names)
-        and bool(_TIME.fullmatch(names[0]))
-        and any(re.search(r"\b[xyz] \([^)]*\)$", name) for name in names[1:])
-    )
+    """Whether the first column is a time in s, and all others are axes that the app records, or their norm."""
+    if not names or not _TIME.fullmatch(names[0]):
+        return False
+    known = {column for columns in _streams(names).values() for column in columns}
+    return bool(known) and all(name in known or not name or _NORM.match(name) for name in names[1:])
 
 
 def load(source: Source, options: Options) -> dict[str, SensorData]:
@@ -65,7 +66,7 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
     data.meta["axes"] = "of the phone: x to the right, y to the top, z out of the screen"
     for file in files or [""]:
         names = header_of(source.read(file or None, 4096) if file else source.head)
-        found = _streams(names)
+        found = _streams(names) if names and _TIME.fullmatch(names[0]) else {}
         if not found:
             if any("(m/s^2)" in name or "(rad/s)" in name for name in names):
                 data.say("ignored", f"{file or source.name}: {', '.join(names)}")

@@ -10,6 +10,8 @@ from dataclasses import fields, replace
 from pathlib import PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
+import numpy as np
+
 from .._axes import axes_matrix
 from .._rate import nominal_rate
 from .._warnings import DataWarning
@@ -169,9 +171,10 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
     name = _named(source, format)
     known = formats()[name]
     try:
-        if known.sensors is not None:
-            return known.sensors(source, options)
-        return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
+        with np.errstate(over="ignore", invalid="ignore"):
+            if known.sensors is not None:
+                return known.sensors(source, options)
+            return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
     except ValueError as error:
         raise ValueError(f"{source.path}: {error}") from error
 
@@ -226,7 +229,8 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
         if not taken and getattr(options, field.name) is not None:
             raise ValueError(f"{source.path}: {field.name}: expected None, as {known.title} has a layout of its own")
     try:
-        found = known.load(source, options)
+        with np.errstate(over="ignore", invalid="ignore"):  # absurd numbers are refused by what they lead to
+            found = known.load(source, options)
         if not found:
             raise ValueError("has no sensor")
         return name, found

@@ -73,6 +73,7 @@ FORMATS: dict[str, Format] = {
         title="PX4 ULog",
         sniff=_px4.sniff,
         load=_px4.load,
+        sensors=_px4.sensors,
         endings=(".ulg", ".ulog"),
         extra="px4",
         library="pyulog",

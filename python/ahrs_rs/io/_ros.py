@@ -163,28 +163,36 @@ def _joined(found: dict[str, _Messages], topics: dict[str, str], sensor: str | N
     owners: dict[str, list[str]] = {topic: [] for topic in imus}
     alone: dict[str, list[str]] = {}
     for topic in found:
-        if topics[topic] != IMU:
-            owner = _owner(topic, found[topic], imus, [one for one in found if topics[one] == topics[topic]])
-            taken = owner and topics[topic] not in {topics[one] for one in owners[owner]}
-            if owner and taken:
-                owners[owner].append(topic)
-            elif topics[topic] == FIELD:
-                alone[topic] = []
+        if topics[topic] == IMU:
+            continue
+        alike = [one for one in found if topics[one] == topics[topic]]
+        free = [
+            one for one in _owners(topic, found[topic], imus, alike) if _is_free(topics[topic], owners[one], topics)
+        ]
+        for owner in free:
+            owners[owner].append(topic)
+        if not free and topics[topic] == FIELD:
+            alone[topic] = []
     parts = owners | alone
     if sensor in parts:
         parts = {sensor: parts[sensor]}
     return {topic: _data(topic, others, found, topics) for topic, others in parts.items()}
 
 
-def _owner(topic: str, messages: _Messages, imus: dict[str, _Messages], alike: list[str]) -> str | None:
-    """The IMU that a topic belongs to: of the same frame, else of the same namespace, else the only one."""
+def _is_free(kind: str, taken: list[str], topics: dict[str, str]) -> bool:
+    """Whether an IMU has no topic of this kind yet."""
+    return kind not in {topics[one] for one in taken}
+
+
+def _owners(topic: str, messages: _Messages, imus: dict[str, _Messages], alike: list[str]) -> list[str]:
+    """The IMUs that a topic belongs to: of the same frame, else of the same namespace, else the only one.
+
+    Raw and filtered readings of one device are two topics with one magnetometer.
+    """
     same = [one for one, other in imus.items() if other.frame == messages.frame and messages.frame]
-    if len(same) == 1:
-        return same[0]
-    near = [one for one in imus if one.rpartition("/")[0] == topic.rpartition("/")[0] and one.rpartition("/")[0]]
-    if len(near) == 1:
-        return near[0]
-    return next(iter(imus)) if len(imus) == 1 and len(alike) == 1 else None
+    space = topic.rpartition("/")[0]
+    near = [one for one in imus if space and one.rpartition("/")[0] == space]
+    return same or near or (list(imus) if len(imus) == 1 and len(alike) == 1 else [])
 
 
 def _data(topic: str, others: list[str], found: dict[str, _Messages], topics: dict[str, str]) -> SensorData:

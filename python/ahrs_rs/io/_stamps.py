@@ -94,23 +94,3 @@ def wrap_of(stamps: NDArray[Any]) -> int:
         if known.max() < size and falls.size and falls.max() < -0.95 * size:
             return bits
     return 0
-
-
-def counted_times(counter: NDArray[Any], bits: int, rate: float) -> tuple[FloatArray, int]:
-    """Times of packets by their counter, and how many packets are missing between the first and the last.
-
-    Parameters
-    ----------
-    counter : (n,) packet numbers that wrap after `bits` bits.
-    rate : packets a second, Hz.
-
-    Returns
-    -------
-    t : (n,) s, 0 at the first packet; a lost packet is a longer step.
-    lost : int
-    """
-    count = unwrapped(counter, bits)
-    known = count[np.isfinite(count)]
-    first = known[0] if known.size else 0.0
-    lost = int(known.max() - known.min()) + 1 - len(np.unique(known)) if known.size else 0
-    return (count - first) / rate, lost

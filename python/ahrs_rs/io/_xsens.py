@@ -15,8 +15,8 @@ import numpy as np
 from . import _attitude
 from ._contents import FloatArray, Options, SensorData
 from ._lines import Table, cells, head_lines, is_number, is_text, read_table, separator_of
+from ._packets import COUNTER, FINE, packet_times
 from ._source import Source
-from ._stamps import counted_times, unwrapped
 
 #: Stream -> names of its columns.
 GROUPS: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -34,8 +34,8 @@ GROUPS: dict[str, tuple[tuple[str, ...], ...]] = {
     "matrix": (tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2, 3)),),
     "euler": (("Roll", "Pitch", "Yaw"),),
 }
-COUNTERS = ("PacketCounter", "Counter")
-FINE, FINE_UNIT, FINE_BITS = "SampleTimeFine", 1e-4, 32
+COUNTERS = (COUNTER, "Counter")
+FINE_UNIT = 1e-4
 #: What looks like a sensor and is none of ours: increments over a sample, acceleration without gravity.
 OTHERS = re.compile(r"(FreeAcc|VelInc|OriInc|RawAcc|RawGyr|RawMag|AccHR|GyrHR|dv|dq).*")
 
@@ -114,27 +114,8 @@ def _times(
     table: Table, names: Sequence[str], preamble: dict[str, str], options: Options, data: SensorData
 ) -> FloatArray:
     counter = next((table.columns[names.index(name)] for name in COUNTERS if name in names), None)
-    fine = table.columns[names.index(FINE)] if FINE in names else None
-    rate = options.rate or _rate(preamble)
-    if counter is not None and np.isfinite(np.asarray(counter, dtype=np.float64)).any():
-        bits = 32 if np.nanmax(np.asarray(counter, dtype=np.float64)) > 65535 else 16
-        counted, lost = counted_times(counter, bits, rate or 1.0)
-        if lost:
-            data.say("lost", f"{lost} of {lost + len(table)} packets by PacketCounter; they are gaps in time")
-    else:
-        counted = None
-    if fine is not None and np.isfinite(np.asarray(fine, dtype=np.float64)).sum() > 1 and not options.rate:
-        data.meta["clock"] = "SampleTimeFine of the sensor"
-        count = unwrapped(fine, FINE_BITS)
-        times: FloatArray = (count - count[np.isfinite(count)][0]) * FINE_UNIT
-        return times
-    if rate is None:
-        raise ValueError("has packet numbers, but neither SampleTimeFine nor an update rate: give rate=")
-    if counted is None:
-        data.meta["clock"] = "none: rows at the stated rate"
-        return np.arange(len(table)) / rate
-    data.meta["clock"] = f"PacketCounter at {rate:g} Hz"
-    return counted
+    clock = table.columns[names.index(FINE)] if FINE in names else None
+    return packet_times(len(table), counter, clock, FINE_UNIT, _rate(preamble), options, data)
 
 
 def _rate(preamble: dict[str, str]) -> float | None:

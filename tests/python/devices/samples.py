@@ -86,8 +86,8 @@ def video_payloads(n: int, lost: tuple[int, ...] = ()) -> tuple[list[bytes], lis
 
 
 def ros1(folder: Path, n: int) -> Path:
-    """A bag of ROS 1."""
-    return written.ros(folder / "imu.bag", n, kind="ros1")
+    """A bag of ROS 1 with compressed chunks."""
+    return written.ros(folder / "imu.bag", n, kind="ros1", compression="LZ4")
 
 
 def ros2(folder: Path, n: int) -> Path:
@@ -96,8 +96,8 @@ def ros2(folder: Path, n: int) -> Path:
 
 
 def mcap(folder: Path, n: int) -> Path:
-    """The bare MCAP of a ROS 2 bag."""
-    return next(written.ros(folder / "bag", n, kind="mcap").glob("*.mcap"))
+    """The bare MCAP of a ROS 2 bag, with compressed chunks."""
+    return next(written.ros(folder / "bag", n, kind="mcap", compression="STORAGE").glob("*.mcap"))
 
 
 def _file(path: Path, content: bytes | str) -> Path:
@@ -113,6 +113,7 @@ SAMPLES: dict[str, tuple[str, str, Callable[[Path, int], Path]]] = {
     "ROS 2 bag": ("ros", "rosbags", ros2),
     "MCAP": ("ros", "rosbags", mcap),
     "EuRoC/ASL folder": ("euroc", "pyarrow", lambda folder, n: texts.euroc(folder / "euroc", n)),
+    "x-IMU3 folder": ("xio", "pyarrow", lambda folder, n: texts.ximu3(folder / "x-IMU3 01234567 (USB)", n)),
     "NGIMU folder": ("xio", "pyarrow", lambda folder, n: texts.ngimu(folder / "NGIMU", n)),
     "Xsens MT Manager": ("xsens", "pyarrow", lambda folder, n: _file(folder / "MT_00B42D4B.txt", texts.xsens(n))),
     "Movella DOT": ("dot", "pyarrow", lambda folder, n: _file(folder / "dot.csv", texts.dot(n))),

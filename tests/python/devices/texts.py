@@ -247,6 +247,24 @@ def ngimu(folder: Path, n: int) -> Path:
     return folder
 
 
+def ximu3(folder: Path, n: int) -> Path:
+    """An x-IMU3's folder as its converter (1.9.1) writes it: inertial 400 Hz, magnetometer and quaternion 100 Hz."""
+    folder.mkdir(parents=True, exist_ok=True)
+    six = np.hstack([np.degrees(readings.gyr(n)), readings.acc(n) / 9.80665])
+    names = ["Timestamp (us)", *(f"Gyroscope {a} (deg/s)" for a in XYZ), *(f"Accelerometer {a} (g)" for a in XYZ)]
+    rows = [[1_000_000 + 2500 * k, *(f"{v:.6f}" for v in six[k])] for k in range(n)]
+    (folder / "Inertial.csv").write_text(lines([",".join(names)], rows))
+    for name, header, values in (
+        ("Magnetometer", "Timestamp (us),X (a.u.),Y (a.u.),Z (a.u.)", readings.mag(n) / 50),
+        ("Quaternion", "Timestamp (us),W,X,Y,Z", readings.quat(n)),
+    ):
+        table = [[1_000_010 + 10_000 * k, *(f"{v:.6f}" for v in values[4 * k])] for k in range(n // 4)]
+        (folder / f"{name}.csv").write_text(lines([header], table))
+    ping = '{"ping":{"interface":"USB","name":"x-IMU3","sn":"01234567"}}'
+    (folder / "Command.json").write_text(f"[\n    {ping}\n\n]")
+    return folder
+
+
 def sensorlogger(
     folder: Path, n: int, *, platform: str = "android", standard: str = "false", order: str = "zyx", total: bool = True
 ) -> Path:

@@ -21,13 +21,15 @@ def ros(
     namespaces: tuple[str, ...] = ("/imu",),
     field: bool = True,
     stamped: bool = True,
+    compression: str = "",
 ) -> Path:
     """A bag of Imu and MagneticField by rosbags: `kind` is "ros1", "sqlite3" or "mcap" (the two of ROS 2 are folders).
 
-    Messages are recorded 100 ms after their header's stamp. `orientation` is the first number of its covariance.
+    `compression` is LZ4 or BZ2 of ROS 1, FILE, MESSAGE or STORAGE of ROS 2. Messages are recorded 100 ms after their
+    header's stamp. `orientation` is the first number of its covariance.
     """
     from rosbags.rosbag1 import Writer as Writer1
-    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
@@ -35,6 +37,10 @@ def ros(
     types = store.types
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     writer: Any = Writer1(path) if kind == "ros1" else Writer2(path, version=9, storage_plugin=plugin)
+    if compression and kind == "ros1":
+        writer.set_compression(Writer1.CompressionFormat[compression])
+    elif compression:
+        writer.set_compression(CompressionMode[compression], CompressionFormat.ZSTD)
     serialize = store.serialize_ros1 if kind == "ros1" else store.serialize_cdr
     gyr, acc, mag, q = readings.gyr(n), readings.acc(n), readings.mag(n) * 1e-6, readings.quat(n)
     with writer:
