@@ -9,7 +9,7 @@ from typing import Any
 
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
-from ahrs_rs._special import SPECIAL
+from ahrs_rs._special import SPECIAL, WITHOUT_GYROSCOPE
 
 #: What goes on from sample to sample, and so is not there in offline filters.
 STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
@@ -45,6 +45,7 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
             "STREAMING": spec["streaming"],
             "EQUIVARIANCE": spec["equivariance"],
             "SOURCE": spec["source"],
+            "GYROSCOPE": spec["name"] not in WITHOUT_GYROSCOPE,
             "MAGNETOMETER": spec["magnetometer"],
             "FEEDBACK": spec["feedback"],
         },

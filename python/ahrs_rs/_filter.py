@@ -13,9 +13,10 @@ from typing import Any, ClassVar, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ahrs_rs import _native
+from ahrs_rs import _inputs, _native
 from ahrs_rs._param import Param
 from ahrs_rs.estimate import Estimate, Floats
+from ahrs_rs.recording import Recording
 from ahrs_rs.state import Snapshot, State
 from ahrs_rs.status import Status
 
@@ -74,6 +75,8 @@ class Filter(_native.NativeFilter):
     SOURCE: ClassVar[str]
     _DEFAULTS: ClassVar[dict[str, float]]
     __signature__: ClassVar[inspect.Signature]
+    GYROSCOPE: ClassVar[bool]
+    """Whether it cannot do without a gyroscope."""
     MAGNETOMETER: ClassVar[bool]
     """Whether a magnetometer is used beyond the initial heading."""
     FEEDBACK: ClassVar[bool]
@@ -166,7 +169,7 @@ class Filter(_native.NativeFilter):
 
     def run(
         self,
-        gyr: ArrayLike,
+        gyr: ArrayLike | Recording | None,
         acc: ArrayLike | None = None,
         mag: ArrayLike | None = None,
         *,
@@ -181,10 +184,12 @@ class Filter(_native.NativeFilter):
 
         Parameters
         ----------
-        gyr : (T, 3) or (N, T, 3), angular rate in rad/s
+        gyr : (T, 3) or (N, T, 3), angular rate in rad/s; or a `Recording`, which brings acc, mag and t; or None for a
+            filter that uses the gyroscope only where the accelerometer has no sample (``Tilt``, ``Ecompass``)
         acc : same shape, specific force in m/s² (at rest, z up, +9.81 on z), or None
         mag : same shape, magnetic field in µT, or None
-        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``
+        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and
+            durations of numpy, pandas, polars and Arrow (dates count from the first one)
         q0 : (4,) or (N, 4), attitude one step before the first sample; by default the first samples align
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
@@ -192,7 +197,13 @@ class Filter(_native.NativeFilter):
         threads : how many recordings are computed at once; by default as many as there are cores
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
-        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64.
+        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of
+        pandas, polars and Arrow are taken as arrays.
+
+        Warns
+        -----
+        DataWarning
+            where arrays look as if they were in g, in degrees a second, or stamped in ms.
 
         Raises
         ------
@@ -201,12 +212,14 @@ class Filter(_native.NativeFilter):
             the message names the argument.
         """
         call = self._call(gyr, acc, mag, t=t, q0=q0, state=state, outputs=outputs, out=out)
+        if not isinstance(gyr, Recording):
+            _inputs.doubt(call.native[0], call.native[1], call.native[3])
         (result,) = self._run([call.native], thread_count(threads), call.dtype == "float32", None, True)
         return self._estimate(call, result)
 
     def _call(
         self,
-        gyr: ArrayLike,
+        gyr: ArrayLike | Recording | None,
         acc: ArrayLike | None = None,
         mag: ArrayLike | None = None,
         *,
@@ -217,6 +230,7 @@ class Filter(_native.NativeFilter):
         out: Floats | None = None,
     ) -> Call:
         """The arguments of `run` for the native side; ``ValueError`` where they are wrong."""
+        gyr, acc, mag, t = _inputs.inputs(self.NAME, self.GYROSCOPE, gyr, acc, mag, t, goes_on=state is not None)
         dtype = "float32" if _native.all_float32(gyr, acc, mag) else "float64"
         if q0 is not None and state is not None:
             raise ValueError("q0: expected None where a state is given, got an attitude")
@@ -241,6 +255,7 @@ class Filter(_native.NativeFilter):
             t=self._stamps(t, quat.shape[:-1], call.states),
             state=state if self.STREAMING else None,
             extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
+            frame=self.frame,
         )
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:
@@ -311,14 +326,14 @@ class Filter(_native.NativeFilter):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, (type(self), self._keywords(), self._snapshot() if self.STREAMING else None)
+        return _rebuild, (type(self), self._keywords(), self.state() if self.STREAMING else None)
 
 
-def _rebuild(cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | None) -> Filter:
+def _rebuild(cls: type[Filter], keywords: dict[str, Any], state: State | None) -> Filter:
     """The pickled filter."""
     made = cls(**keywords)
-    if snapshot is not None:
-        made._restore(snapshot)
+    if state is not None:
+        made.restore(state)
     return made
 
 

@@ -1,4 +1,4 @@
-"""Constructors that only one class has: ``make_class`` adds them, ``tools/stubs.py`` writes them into the stubs."""
+"""What only some classes have: ``make_class`` adds it, ``tools/stubs.py`` writes constructors into the stubs."""
 
 from __future__ import annotations
 
@@ -40,3 +40,6 @@ def from_kalman_gain(cls: type[F], /, gain: float, *, rate: float, **keywords: A
 
 #: Class methods by the name of the class.
 SPECIAL = {"Complementary": (from_kalman_gain,)}
+
+#: Filters that turn by the gyroscope only where the accelerometer has no sample.
+WITHOUT_GYROSCOPE = frozenset({"Tilt", "Ecompass"})

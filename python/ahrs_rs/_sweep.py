@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import itertools
+import json
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ahrs_rs._filter import Filter, thread_count
+from ahrs_rs._cells import Cells, Metric, checked
+from ahrs_rs._checkpoint import Checkpoint, digest, job
+from ahrs_rs._filter import Filter
 from ahrs_rs._frame import data_frame
-from ahrs_rs._progress import counting_on, progress_count
-from ahrs_rs.batch import run_many
-from ahrs_rs.estimate import Estimate
-from ahrs_rs.metrics import Score, score
+from ahrs_rs._progress import progress_count
 from ahrs_rs.recording import Recording
 
 __all__ = ["Sweep", "SweepInterrupted", "sweep"]
 
-Metric = str | Callable[[Estimate, Recording], float]
+FORMAT = "ahrs_rs.sweep checkpoint"
+
 Grid = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 
@@ -74,7 +76,10 @@ class Sweep:
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a sweep; what was done is in `partial`, and ``sweep(..., resume=partial)`` goes on from it."""
+    """Ctrl-C during a sweep; what was done is in `partial`, and ``sweep(..., resume=partial)`` goes on from it.
+
+    With a checkpoint the same call goes on from there.
+    """
 
     def __init__(self, partial: Sweep) -> None:
         super().__init__(f"sweep interrupted: {int(partial.done.sum())} of {partial.done.size} errors are done")
@@ -91,6 +96,7 @@ def sweep(
     progress: bool | Callable[[int, int], object] = False,
     dtype: DTypeLike = np.float64,
     resume: Sweep | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
     frame: str = "ENU",
     declination: float = 0.0,
     gyr_hold: str = "zero-order",
@@ -112,17 +118,20 @@ def sweep(
         are done and how many there are
     dtype : ``float32`` or ``float64``, in which the filter computes
     resume : a sweep that was interrupted: what it has is taken over
+    checkpoint : a file in which the errors are kept while they are computed, every second or so: the same call goes on
+        from it after whatever has ended the process. A function as metric is known by its name only
     frame, declination, gyr_hold, repeated, gyr_range : as for the filter; `ref` stands in the same frame
 
     Raises
     ------
     ValueError
-        for values that a parameter does not take, recordings without truth, a `resume` of another sweep.
+        for values that a parameter does not take, recordings without truth, a `resume` or `checkpoint` of another
+        sweep.
     SweepInterrupted
         for Ctrl-C; nothing of what was done is lost.
     """
     sets = parameter_sets(filter, grid)
-    trials = [_recording(index, one, truth=not callable(metric)) for index, one in enumerate(recordings)]
+    trials = checked(recordings, metric)
     name = metric if isinstance(metric, str) else getattr(metric, "__name__", "metric")
     shape = (len(sets), len(trials))
     result = Sweep(filter.NAME, sets, name, np.full(shape, np.nan), np.zeros(shape, dtype=bool))
@@ -133,7 +142,18 @@ def sweep(
     settings: dict[str, Any] = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold, "repeated": repeated}
     if gyr_range:  # else a parameter of that name is swept
         settings["gyr_range"] = gyr_range
-    threads = thread_count(threads)
+    cells = Cells(
+        filter,
+        sets,
+        trials,
+        metric,
+        result.errors,
+        result.done,
+        None if checkpoint is None else _kept(checkpoint, result, filter, trials, metric, dtype, settings),
+        threads=threads,
+        dtype=dtype,
+        **settings,
+    )
     shown = progress if isinstance(progress, bool) else False
     with progress_count(total=result.done.size, shown=shown, unit="error") as bar:
 
@@ -144,12 +164,7 @@ def sweep(
                 progress(finished, result.done.size)
 
         try:
-            if callable(metric):
-                _by_function(result, filter, settings, trials, metric, threads, dtype, count)
-            elif not filter.STREAMING:
-                _by_function(result, filter, settings, trials, _score_of(metric), threads, dtype, count)
-            else:
-                _by_name(result, filter, settings, trials, threads, dtype, count)
+            cells.compute(count)
         except KeyboardInterrupt:
             raise SweepInterrupted(result) from None
         count(int(result.done.sum()))
@@ -168,99 +183,23 @@ def parameter_sets(filter: type[Filter], grid: Grid) -> list[dict[str, Any]]:
     return sets
 
 
-def _by_name(
+def _kept(
+    path: str | os.PathLike[str],
     result: Sweep,
     filter: type[Filter],
-    settings: dict[str, Any],
-    trials: list[Recording],
-    threads: int | None,
+    trials: Sequence[Recording],
+    metric: Metric,
     dtype: DTypeLike,
-    count: Callable[[int], object],
-) -> None:
-    """Fills in what is not done, by the native engine."""
-    values = [filter._encoded(one) for one in result.params]
-    native = [_trial(one, dtype) for one in trials]
-    # What is missing is the same for most recordings: all of it, or none.
-    for missing in {tuple(np.flatnonzero(~done)) for done in result.done.T}:
-        which = [r for r, done in enumerate(result.done.T) if tuple(np.flatnonzero(~done)) == missing]
-        if not missing:
-            continue
-        made = filter(**settings)
-        errors, done, error = made._sweep(
-            [values[p] for p in missing],
-            [native[r] for r in which],
-            result.metric,
-            threads,
-            np.dtype(dtype) == np.float32,
-            counting_on(count, int(result.done.sum())),
-        )
-        places = np.ix_(np.array(missing), np.array(which))
-        result.errors[places] = np.degrees(errors).reshape(len(missing), len(which))
-        result.done[places] = done.reshape(len(missing), len(which))
-        if error is not None:
-            raise error
-
-
-def _by_function(
-    result: Sweep,
-    filter: type[Filter],
-    settings: dict[str, Any],
-    trials: list[Recording],
-    metric: Callable[[Estimate, Recording], float],
-    threads: int | None,
-    dtype: DTypeLike,
-    count: Callable[[int], object],
-) -> None:
-    """Fills in what is not done, set after set, the recordings side by side."""
-    for p, one in enumerate(result.params):
-        for rate in {recording.rate for recording in trials}:
-            which = [r for r, recording in enumerate(trials) if recording.rate == rate and not result.done[p, r]]
-            runs = [_keywords(trials[r], dtype) for r in which]
-            estimates = run_many(filter(rate=rate, **one, **settings), runs, threads=threads)
-            for r, estimate in zip(which, estimates, strict=True):
-                result.errors[p, r] = metric(estimate, trials[r])
-                result.done[p, r] = True
-        count(int(result.done.sum()))
-
-
-def _score_of(metric: str) -> Callable[[Estimate, Recording], float]:
-    """The function of a metric that has a name."""
-    names = [field.name for field in fields(Score)]
-    if metric not in names:
-        raise ValueError(f"metric: expected one of {names}, got {metric!r}")
-
-    def error(estimate: Estimate, recording: Recording) -> float:
-        assert recording.ref is not None
-        return float(getattr(score(estimate.quat, recording.ref, recording.mask), metric))
-
-    return error
-
-
-def _recording(index: int, one: Recording | Mapping[str, Any], truth: bool) -> Recording:
-    try:
-        recording = one if isinstance(one, Recording) else Recording(**one)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"recording {index}: {error}") from None
-    if truth and recording.ref is None:
-        raise ValueError(f"recording {index}: expected ref, the true orientation, got None")
-    return recording
-
-
-def _keywords(recording: Recording, dtype: DTypeLike) -> dict[str, Any]:
-    sensors = {"gyr": recording.gyr, "acc": recording.acc, "mag": recording.mag}
-    arrays = {name: None if array is None else array.astype(dtype, copy=False) for name, array in sensors.items()}
-    return {**arrays, "t": recording.t}
-
-
-def _trial(recording: Recording, dtype: DTypeLike) -> tuple[Any, ...]:
-    """A recording for the native side; the truth is NaN where it does not count."""
-    keywords = _keywords(recording, dtype)
-    assert recording.ref is not None
-    norm = np.linalg.norm(recording.ref, axis=1, keepdims=True)
-    counted = norm > 0.0 if recording.mask is None else (norm > 0.0) & recording.mask[:, np.newaxis]
-    ref = np.full(recording.ref.shape, np.nan)
-    np.divide(recording.ref, norm, out=ref, where=counted)
-    return keywords["gyr"], keywords["acc"], keywords["mag"], recording.t, recording.rate, ref
+    settings: Mapping[str, Any],
+) -> Callable[[Sequence[int]], object]:
+    """Takes over what the checkpoint has; gives what writes down the rest."""
+    values = digest(json.dumps(filter._encoded(one)).encode() for one in result.params)
+    own = job(FORMAT, filter, metric, {**settings, "dtype": np.dtype(dtype).name}, trials) | {"sets": values}
+    kept = Checkpoint(path, own, len(trials))
+    for p, (errors, done) in enumerate(zip(result.errors, result.done, strict=True)):
+        before, known = kept.row(str(p))
+        errors[known], done[known] = before[known], True
+    return lambda sets: kept.add((str(p), result.errors[p], result.done[p]) for p in sets)
 
 
 def _names(params: list[dict[str, Any]]) -> list[str]:

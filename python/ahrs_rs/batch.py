@@ -88,7 +88,7 @@ def _named(index: int, error: Exception) -> Exception:
 
 def _keywords(item: Measurements) -> dict[str, Any]:
     if isinstance(item, Recording):
-        return {"gyr": item.gyr, "acc": item.acc, "mag": item.mag, "t": item.t}
+        return {"gyr": item}
     if isinstance(item, Mapping):
         return dict(item)
     if isinstance(item, (tuple, list)) and 1 <= len(item) <= 3:

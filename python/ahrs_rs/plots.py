@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import metrics
+from ahrs_rs import _atomic, metrics
 from ahrs_rs.recording import Recording
 
 if TYPE_CHECKING:
@@ -212,4 +212,5 @@ def check_ending(path: str | os.PathLike[str]) -> None:
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write the figure in the format that the ending of the name tells; ValueError for another ending."""
     check_ending(path)
-    figure.savefig(path, dpi=130)
+    with _atomic.replacing(path) as beside:
+        figure.savefig(beside, dpi=130)

@@ -17,12 +17,12 @@ import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self, TypeAlias, cast, overload
+from typing import Any, ClassVar, Literal, Self, TypeAlias, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ahrs_rs import _native
+from ahrs_rs import _native, _stored
 
 __all__ = ["LowPass", "LowPassState", "low_pass", "zero_phase"]
 
@@ -32,10 +32,23 @@ Snapshots: TypeAlias = list[tuple[list[float], float | None]]
 #: The highest order of a Butterworth filter here.
 HIGHEST_ORDER = 8
 
+LOW_PASS_FORMAT = "ahrs_rs.low_pass_state"
+
 
 @dataclass(frozen=True, slots=True)
 class LowPassState:
-    """Everything that the next sample depends on. It can be pickled; a filter of other settings refuses it."""
+    """Everything that the next sample depends on; a filter of other settings refuses it.
+
+    It can be pickled, and goes through JSON by `to_json` and `from_json`; whatever way it comes, it is checked.
+
+    Raises
+    ------
+    ValueError
+        A value of a wrong type, one that is not finite in the dtype, another version of the format.
+    """
+
+    VERSION: ClassVar[int] = 1
+    """Of the format."""
 
     order: int
     cutoff: float
@@ -45,6 +58,44 @@ class LowPassState:
     """Of one sample: () or (C,)."""
     snapshots: tuple[tuple[tuple[float, ...], float | None], ...]
     """Of each recording, variables and the last stamp in s where stamps were given."""
+    version: int = VERSION
+    """Of the format; states of another one are refused."""
+
+    def __post_init__(self) -> None:
+        _stored.check_version(self.VERSION, self.version)
+        _stored.dtype(self.dtype)
+        object.__setattr__(self, "order", _order(self.order))
+        object.__setattr__(self, "cutoff", _frequency("cutoff", self.cutoff))
+        shape, snapshots = self.shape, self.snapshots
+        if not isinstance(shape, (tuple, list)):
+            raise ValueError(f"shape: expected a shape, got {_stored.shown(shape)}")
+        if not (
+            isinstance(snapshots, (tuple, list))
+            and all(isinstance(one, (tuple, list)) and len(one) == 2 for one in snapshots)
+        ):
+            raise ValueError(f"snapshots: expected pairs, got {_stored.shown(snapshots)}")
+        object.__setattr__(self, "shape", tuple(_stored.count("shape", size) for size in shape))
+        kept = tuple((_stored.variables(variables, self.dtype), _stored.stamp(last)) for variables, last in snapshots)
+        object.__setattr__(self, "snapshots", kept)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By the constructor, so that an unpickled state is checked as any other one is.
+        return type(self), (self.order, self.cutoff, self.dtype, self.shape, self.snapshots, self.version)
+
+    def __setstate__(self, state: object) -> None:
+        """What a pickle calls that was written before states had a version."""
+        _stored.check_version(self.VERSION, None)
+
+    def to_json(self) -> str:
+        """The state as a line of JSON, from which `from_json` makes the same state, bit for bit."""
+        names = ("order", "cutoff", "dtype", "shape", "snapshots")
+        return _stored.to_json(LOW_PASS_FORMAT, self.version, {name: getattr(self, name) for name in names})
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Self:
+        """The state that `to_json` wrote; ``ValueError`` where the text is none, or one of another version."""
+        names = ("order", "cutoff", "dtype", "shape", "snapshots")
+        return cls(**_stored.from_json(text, LOW_PASS_FORMAT, cls.VERSION, names))
 
 
 class LowPass:

@@ -146,7 +146,9 @@ def test_the_plot_is_drawn_beside_the_output_or_where_asked(tmp_path: Path, caps
 
 def test_another_unit_is_noted(tmp_path: Path, capsys: Capture) -> None:
     file = recorded(tmp_path / "turn.npz", mag=0.01 * sensor(7, 9)[0])
-    assert "note       mag: the norm is 0.4" in output_of(capsys, "calibrate", "mag", file)
+    assert "it looks like gauss; give units={'mag': 'gauss'}" in error_of(capsys, "calibrate", "mag", file)
+    assert "note       mag: the norm is 0.4" in output_of(capsys, "calibrate", "mag", file, "--units", "mag=raw")
+    assert "norm is 0.4" not in output_of(capsys, "calibrate", "mag", file, "--units", "mag=gauss")
 
 
 def test_compare_takes_a_calibration_and_says_what_it_could_not_apply(tmp_path: Path, capsys: Capture) -> None:

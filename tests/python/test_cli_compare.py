@@ -157,7 +157,8 @@ def test_align_takes_the_frames_of_the_reference_out_of_the_errors(tmp_path: Pat
     assert float(compare_rows(capsys, tmp_path, *argv)["VQF", ""]["total_deg"]) > 30.0
     row = compare_rows(capsys, tmp_path, *argv, "--align", "--plot", tmp_path / "errors.png")["VQF", ""]
     assert (tmp_path / "errors.png").stat().st_size > 0
-    recording = ar.read(file)
+    with pytest.warns(ar.DataWarning, match="held truth"):
+        recording = ar.read(file)
     est = ar.VQF(rate=recording.rate).run(recording.gyr, recording.acc, recording.mag, t=recording.t)
     assert recording.ref is not None
     found = ar.metrics.align(est.quat, recording.ref, recording.mask, t=recording.t)

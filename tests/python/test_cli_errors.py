@@ -21,7 +21,7 @@ def file(tmp_path: Path) -> Path:
 
 #: Arguments, where words in capitals stand for paths, and what the error must say.
 MISTAKES = """
- => expected a command: run, compare, tune, filters, calibrate, noise, simulate, demo, papers
+ => expected a command: run, compare, tune, filters, sensors, formats, calibrate, noise, simulate, demo, papers
 sail => invalid choice: 'sail'
 run => the following arguments are required: FILE, --filter
 run FILE => the following arguments are required: --filter
@@ -66,6 +66,12 @@ compare FILE --csv nowhere/t.csv => --csv: nowhere/t.csv: there is no directory 
 compare FILE --plot nowhere/t.png => --plot: nowhere/t.png: there is no directory nowhere
 compare FILE --plot errors.doc => --plot: expected a name that ends in
 compare FILE --plot a.png --csv ./a.png => --csv and --plot: expected two files
+noise FILE -o FILE.json --plot nowhere/a.png => --plot: nowhere/a.png: there is no directory nowhere
+calibrate mag FILE --rust a.h --c-header ./a.h => --rust and --c-header: expected two files, got a.h twice
+calibrate mag FILE --rust a.png --plot a.png => --rust and --plot: expected two files, got a.png twice
+calibrate mag FILE -o cal.json --c-header cal.json => -o and --c-header: expected two files, got cal.json twice
+calibrate mag FILE -o cal.json --rust cal.png --plot => --rust and --plot: expected two files, got cal.png twice
+tune FILE --filter madgwick -o a.json --checkpoint folder.csv/../a.json => -o and --checkpoint: expected two files
 demo -o nowhere/demo => -o: nowhere/demo: there is no directory nowhere
 demo -o FILE => is not a directory
 demo --seed -1 => seed: expected an integer that is not negative, got -1

@@ -29,17 +29,25 @@ needs_data = pytest.mark.skipif(not DATA, reason="AHRS_RS_DATA is not set")
 
 GRAVITY = 9.80665
 
+#: Units that a file does not state, and the like, are told; test_read_told.py has their tests.
+pytestmark = pytest.mark.filterwarnings("ignore::ahrs_rs.DataWarning")
 
-def test_every_shared_recording_is_read_without_a_repair_of_the_samples(recordings: list[Path]) -> None:
-    for path in recordings:
+
+@needs_data
+def test_every_shared_recording_is_read_without_a_repair_of_the_samples() -> None:
+    folders = ("broad", "repoimu", "repoimu_more", "fusion", "vqf", "phones", "justa")
+    files = [path for folder in folders for path in sorted((Path(DATA) / folder).glob("*.*")) if path.suffix != ".json"]
+    assert files, "AHRS_RS_DATA names a folder without recordings"
+    for path in files:
         found = read(path)
         assert len(found) > 1000
         assert found.acc is not None
         assert found.mag is not None
+        assert found.gyr is not None
         assert np.isfinite(found.gyr).all()
-        assert 80 < found.rate < 300
-        # At rest or on average a sensor on earth reads about 9.8 m/s²: tells wrong units.
-        assert 8 < np.median(np.linalg.norm(found.acc, axis=1)) < 12
+        assert 70 < found.rate < 300
+        # At rest or on average a sensor on earth reads about 9.8 m/s², in a runner's hand 13.5: tells wrong units.
+        assert 8 < np.median(np.linalg.norm(found.acc, axis=1)) < 14
         assert not [repair for repair in found.meta["repairs"] if not repair.startswith("mask")]
 
 
@@ -206,12 +214,12 @@ def test_npz_without_times_needs_a_rate(tmp_path: Path) -> None:
 def test_npz_of_wrong_contents_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     for arrays, message in (
-        ({"acc": np.zeros((5, 3))}, "has no array 'gyr'"),
+        ({"foo": np.zeros((5, 3))}, "has no array 'gyr', 'acc' or 'mag'"),
         ({"gyr": np.zeros((0, 3)), "rate": 1.0}, "has no samples"),
         ({"gyr": np.zeros((5, 2)), "rate": 1.0}, r"gyr: expected shape \(5, 3\), got \(5, 2\)"),
         ({"gyr": np.zeros((5, 3)), "acc": np.zeros((4, 3)), "rate": 1.0}, r"acc: expected shape \(5, 3\)"),
         ({"gyr": np.array([["a"] * 3]), "rate": 1.0}, "gyr: expected real numbers"),
-        ({"gyr": np.zeros((5, 3)), "t": np.zeros((5, 1))}, r"t: expected shape \(T,\)"),
+        ({"gyr": np.zeros((5, 3)), "t": np.zeros((5, 1))}, r"t: expected times \(T,\)"),
         ({"gyr": np.zeros((5, 3)), "rate": 1.0, "meta": "no json"}, "meta: expected a JSON object"),
         ({"gyr": np.array([{}, []], dtype=object), "rate": 1.0}, "is not a readable .npz file"),
     ):
@@ -250,7 +258,7 @@ def test_given_format_is_taken_and_an_unknown_one_refused(tmp_path: Path) -> Non
     assert read(str(path), format="csv").meta["format"] == "csv"
     with pytest.raises(ValueError, match=r"is not a readable \.npz file"):
         read(path, format="npz")
-    with pytest.raises(ValueError, match="format: expected one of broad, npz, parquet, repoimu, csv, got 'mat'"):
+    with pytest.raises(ValueError, match=r"format: expected one of .*npz, .*csv, got 'mat'"):
         read(path, format="mat")
 
 
@@ -266,7 +274,7 @@ def test_missing_empty_and_foreign_files_are_told_in_one_line(tmp_path: Path, na
     with pytest.raises(ValueError, match=r"no known format|is damaged"):
         read(path)
     path.write_text("not a recording\n" * 10)
-    with pytest.raises(ValueError, match=r"has no gyroscope column|is damaged"):
+    with pytest.raises(ValueError, match=r"has no column of a gyroscope|is damaged"):
         read(path)
     with pytest.raises(IsADirectoryError, match="expected a file, got a directory"):
         read(tmp_path)

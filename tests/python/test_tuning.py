@@ -17,9 +17,8 @@ import pytest
 
 import ahrs_rs as ar
 from ahrs_rs import tuning
-from ahrs_rs._sweep import Sweep, SweepInterrupted
+from ahrs_rs._cells import Cells
 from ahrs_rs.cli import main
-from ahrs_rs.tuning import _evaluate
 from commands import Capture, error_of, output_of, without
 
 #: What is planted; not a number that a search tries by itself.
@@ -146,19 +145,33 @@ def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
 
 
 def interrupted_after(sets: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if Ctrl-C came when so many sets have been computed, in the middle of a sweep."""
+    """As if Ctrl-C came when so many sets have been computed, and one more over the first recording."""
     left = [sets]
+    compute = Cells._side_by_side
 
-    def sweep(filter: Any, grid: list[Any], recordings: Any, *args: Any, **keywords: Any) -> Sweep:
-        if len(grid) <= left[0]:
-            left[0] -= len(grid)
-            return ar.sweep(filter, grid, recordings, *args, **keywords)
-        found = ar.sweep(filter, grid, recordings, *args, **keywords)
-        found.done[left[0] :, 1:] = False
-        found.errors[~found.done] = np.nan
-        raise SweepInterrupted(found)
+    def some(self: Cells, chosen: list[int], which: list[int], count: Any) -> None:
+        now, rest = chosen[: left[0]], chosen[left[0] :]
+        left[0] -= len(now)
+        if now:
+            compute(self, now, which, count)
+        if rest:
+            compute(self, rest[:1], which[:1], count)
+            raise KeyboardInterrupt
 
-    monkeypatch.setattr(_evaluate, "sweep", sweep)
+    monkeypatch.setattr(Cells, "_side_by_side", some)
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The numbers of errors that are computed from here on."""
+    computed: list[int] = []
+    compute = Cells._side_by_side
+
+    def counting(self: Cells, chosen: list[int], which: list[int], count: Any) -> None:
+        computed.append(len(chosen) * len(which))
+        compute(self, chosen, which, count)
+
+    monkeypatch.setattr(Cells, "_side_by_side", counting)
+    return computed
 
 
 def grid_search(checkpoint: Path | None) -> tuning.Tuned:
@@ -181,28 +194,30 @@ def test_an_interrupted_search_goes_on_to_the_same_result_bit_for_bit(
         with pytest.raises(tuning.TuningInterrupted, match="they are kept in") as caught:
             search(file)
     assert caught.value.evaluated == cut
-    computed = []
-
-    def counted(filter: Any, grid: list[Any], *args: Any, **keywords: Any) -> Sweep:
-        computed.extend(grid)
-        return ar.sweep(filter, grid, *args, **keywords)
-
-    monkeypatch.setattr(_evaluate, "sweep", counted)
+    computed = counted(monkeypatch)
     assert same(search(file), whole)
-    # The defaults are computed for the scores if the grid does not have them.
-    assert len(computed) == whole.evaluated - cut + (search is grid_search)
+    # The defaults are computed for the scores if the grid does not have them. One error of one more set was kept.
+    assert sum(computed) == 2 * (whole.evaluated - cut + (search is grid_search)) - 1
     computed.clear()
     assert same(search(file), whole)
     assert not computed
 
 
-def test_a_line_that_was_cut_off_is_computed_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize("search", [grid_search, genetic_search])
+def test_a_line_that_was_cut_off_is_computed_again(
+    search: Callable[[Path | None], tuning.Tuned], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "checkpoint.jsonl"
-    whole = grid_search(file)
+    whole = search(file)
     text = file.read_text()
-    file.write_text(text[: len(text) // 2])
-    assert same(grid_search(file), whole)
-    assert sorted(file.read_text().splitlines()) == sorted(text.splitlines())
+    kept = text[: len(text) // 2]
+    file.write_text(kept)
+    computed = counted(monkeypatch)
+    assert same(search(file), whole)
+    assert 0 < sum(computed) == 2 * (text.count("\n") - kept.count("\n"))
+    computed.clear()
+    assert same(search(file), whole)
+    assert not computed
 
 
 def test_a_checkpoint_of_another_search_is_refused(tmp_path: Path) -> None:
@@ -361,10 +376,13 @@ def test_recordings_without_truth_or_in_two_frames_are_told(tmp_path: Path, caps
     ).replace("NED and ENU", "ENU and NED")
 
 
-def test_ctrl_c_ends_the_command_which_goes_on_to_the_same_file(tmp_path: Path, capsys: Capture) -> None:
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_a_signal_ends_the_command_which_goes_on_to_the_same_file(
+    number: signal.Signals, status: int, tmp_path: Path, capsys: Capture
+) -> None:
     recording = planted(ar.Madgwick(rate=50.0, beta=BETA), duration=60.0)
     recording.save(tmp_path / "walk.npz")
-    # Four blocks of sets over 3000 samples: long enough that the signal arrives within.
+    # Twelve million samples: several portions, long enough that the signal arrives within.
     argv = [
         "tune", tmp_path / "walk.npz", "--filter", "madgwick", "--param", "beta=0.001:10", "--points", 4 * 1024
     ]  # fmt: skip
@@ -373,10 +391,10 @@ def test_ctrl_c_ends_the_command_which_goes_on_to_the_same_file(tmp_path: Path, 
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not (checkpoint.exists() and checkpoint.stat().st_size > 1000):
             time.sleep(0.001)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, told = process.communicate()
-    assert process.returncode == 130, told
-    assert "tuning interrupted: " in told
+    assert process.returncode == status, told
+    assert ("tuning interrupted: " in told) == (number != signal.SIGKILL)
     done = len(checkpoint.read_text().splitlines()) - 1
     assert 0 < done < 4 * 1024
     for out, options in (("resumed.json", ["--checkpoint", checkpoint]), ("whole.json", [])):

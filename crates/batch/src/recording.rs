@@ -49,8 +49,11 @@ pub struct Outputs<'a, T> {
 impl Time<'_> {
     /// Appends the steps to samples `start..end`. Stamps are subtracted in `f64` before anything is rounded.
     pub fn steps<T: Number>(&self, steps: &mut Vec<T>, start: usize, end: usize) {
+        if start >= end {
+            return;
+        }
         let before = steps.len();
-        if start == 0 && end > 0 {
+        if start == 0 {
             steps.push(T::from_f64(self.first));
         }
         match &self.stamps {

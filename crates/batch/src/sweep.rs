@@ -9,7 +9,7 @@ use ahrs_rs::params::{ParamError, ParamKind};
 use crate::recording::Recording;
 use crate::registry::{Entry, Number};
 use crate::stage::{Input, Stage};
-use crate::threads::{Watch, in_threads};
+use crate::threads::{Watch, contained, in_threads, threads};
 use ahrs_rs_lanes::bank::Bank;
 use ahrs_rs_lanes::metric::{Metric, Sums};
 use ahrs_rs_lanes::simd::Isa;
@@ -17,6 +17,9 @@ use ahrs_rs_lanes::single::Single;
 
 /// Work items for each thread, so that all end at about the same time.
 const ITEMS: usize = 8;
+
+/// Samples of a register of sets that pay for a thread: some tenths of a millisecond and more.
+const SAMPLES: usize = 1024;
 
 /// A recording with its truth.
 pub struct Trial<'a, T> {
@@ -50,7 +53,8 @@ struct Item<'a> {
     banks: &'a [Vec<usize>],
 }
 
-/// The root-mean-square error in rad of every set over every trial, one row a set; none where it was told to stop before.
+/// The root-mean-square error in rad of every set over every trial, one row a set; none where it was told to stop before, or
+/// where the filter panicked, which the watch tells.
 pub fn sweep<T: Number>(
     sweep: &Sweep<'_>,
     trials: &[Trial<'_, T>],
@@ -60,14 +64,19 @@ pub fn sweep<T: Number>(
     let banks = banks(sweep, lanes);
     // Wrong values are found before anything is computed.
     banks.iter().try_for_each(|indices| bank::<T>(sweep, indices).map(drop))?;
-    let threads = sweep.threads.unwrap_or_else(rayon::current_num_threads);
+    let samples: usize = trials.iter().map(|trial| trial.reference.len()).sum();
+    let threads = threads(sweep.threads, banks.len() * trials.len(), banks.len() * samples / SAMPLES);
     let together = (banks.len() * trials.len()).div_ceil(ITEMS * threads).max(1);
     let mut items: Vec<_> =
         (0..trials.len()).flat_map(|trial| banks.chunks(together).map(move |banks| Item { trial, banks })).collect();
     let errors = Mutex::new(vec![None; sweep.sets.len() * trials.len()]);
-    in_threads(sweep.threads, &mut items, |item| {
+    in_threads(threads, &mut items, |item| {
         let Some(trial) = trials.get(item.trial) else { return };
-        let Some(found) = run(sweep, trial, item.banks, watch) else { return };
+        let found = match contained(|| run(sweep, trial, item.banks, watch)) {
+            Ok(Some(found)) => found,
+            Ok(None) => return,
+            Err(text) => return watch.report(text),
+        };
         let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
         for (set, error) in found {
             if let Some(place) = errors.get_mut(set * trials.len() + item.trial) {

@@ -6,6 +6,9 @@ use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Settings, Vec3};
 /// Samples whose readings are computed ahead of the steps.
 const AHEAD: usize = 64;
 
+/// A quaternion whose squared norm is further from one was not written by a filter: in `f32` it stays within 1e-6.
+const NORM_TOLERANCE: f64 = 1e-3;
+
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {
     /// Angular rates in rad/s.
@@ -48,6 +51,8 @@ pub trait Stream<T>: Send + Sync {
     fn save(&mut self) -> Vec<f64>;
     /// Takes back what [`Stream::save`] gave; false, and nothing changed, where the number of values is another.
     fn load(&mut self, values: &[f64]) -> bool;
+    /// Whether the attitudes among the variables are unit quaternions, which [`Stream::load`] does not look at.
+    fn is_unit(&self) -> bool;
 }
 
 /// The stream of filter `F` with the values of its parameters.
@@ -156,5 +161,11 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
             }
         });
         true
+    }
+
+    fn is_unit(&self) -> bool {
+        [Estimator::quat(self), self.filter().attitude()]
+            .iter()
+            .all(|q| (q.dot(*q) - T::one()).abs().le(T::of(NORM_TOLERANCE)))
     }
 }

@@ -290,6 +290,12 @@ fn elements_apart(shape: &[usize], strides: &[isize], itemsize: usize) -> bool {
     }) || shape.contains(&0)
 }
 
+/// `numpy.copyto(out, array)`.
+pub fn copy_into<T: Dtype>(out: &Bound<'_, PyArrayDyn<T>>, array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<()> {
+    let py = out.py();
+    py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "copyto"), (out, array)).map(drop)
+}
+
 /// Refuses an `out` that shares memory with an input; what is written would be read as a measurement.
 pub fn check_apart(out: &Bound<'_, PyAny>, input: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     let Some(input) = input.filter(|input| input.cast::<PyUntypedArray>().is_ok()) else { return Ok(()) };

@@ -76,6 +76,9 @@ impl Recipe {
             Some((values, _, _)) if !stream.load(values) => {
                 Err(bad("state", &format!("a state of {}", self.kind.spec().name), format!("{} values", values.len())))
             }
+            Some(_) if !stream.is_unit() => {
+                Err(bad("state", "attitudes of unit norm", format!("{:?}", stream.quat().map(T::to_f64))))
+            }
             _ => Ok(stream),
         }
     }

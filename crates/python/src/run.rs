@@ -9,11 +9,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{
-    Dtype, Fill, array, bad, check_apart, check_not_infinite, check_stamps, new_array, output, rows3, same_shape,
-    stamps, start_quats,
+    Dtype, Fill, array, bad, check_apart, check_not_infinite, check_stamps, copy_into, new_array, output, rows3,
+    same_shape, stamps, start_quats,
 };
 use crate::filter::{Kind, Recipe, Snapshot};
-use crate::watch::watched;
+use crate::watch::{panicked, watched};
 
 /// What a run is called with in Python: (gyr, acc, mag, t, q0, states, outputs, out).
 pub type Call<'py> = (
@@ -51,6 +51,7 @@ pub fn run_calls<'py, T: Dtype>(
             made => prepared.push(made),
         }
     }
+    apart(py, &mut prepared, way)?;
     let mut rooms: Vec<_> = prepared.iter().filter_map(|made| made.as_ref().ok().map(Prepared::room)).collect();
     let given = rooms.iter_mut().zip(prepared.iter().flatten());
     let ends = match recipe.kind {
@@ -63,7 +64,7 @@ pub fn run_calls<'py, T: Dtype>(
                 threads: way.threads,
             };
             let (mut jobs, counts) = all_jobs(py, recipe, given, Prepared::streams)?;
-            finished(py, way, &mut jobs, |jobs, watch| run_all(jobs, &plan, watch))?;
+            finished(py, way, &mut jobs, 1, |jobs, watch| run_all(jobs, &plan, watch))?;
             ends(py, way, &prepared, &mut jobs, &counts, Prepared::snapshots)?
         }
         Kind::Offline(entry) => {
@@ -71,7 +72,7 @@ pub fn run_calls<'py, T: Dtype>(
                 |made: &Prepared<'py, T>, recipe: &Recipe| (0..made.n).map(|_| recipe.offline(entry)).collect();
             let (mut jobs, counts) = all_jobs::<T, dyn Offline>(py, recipe, given, filters)?;
             let threads = way.threads;
-            finished(py, way, &mut jobs, |jobs, watch| offline::run_all(jobs, threads, watch))?;
+            finished(py, way, &mut jobs, OFFLINE, |jobs, watch| offline::run_all(jobs, threads, watch))?;
             ends(py, way, &prepared, &mut jobs, &counts, |_, _| Vec::new())?
         }
     };
@@ -80,11 +81,42 @@ pub fn run_calls<'py, T: Dtype>(
     Ok(prepared
         .into_iter()
         .map(|made| {
-            let Prepared { quat, gyr_bias, status, extra, .. } = made?;
+            let Prepared { quat, gyr_bias, status, extra, out, .. } = made?;
             let after = ends.next().unwrap_or_else(|| Ok(Vec::new()))?;
+            if let Some(out) = out {
+                copy_into(&out, &quat)?;
+            }
             Ok((quat, gyr_bias, status, extra, after).into_pyobject(py)?.into_any())
         })
         .collect())
+}
+
+/// Gives every call a room of its own for its attitudes, whose `out` lies in one block of memory with inputs: columns of one
+/// table, which share no element. They are copied when all is computed. An `out` that shares one with another call is refused.
+fn apart<'py, T: Dtype>(
+    py: Python<'py>,
+    prepared: &mut [PyResult<Prepared<'py, T>>],
+    way: &Way<'_, 'py>,
+) -> PyResult<()> {
+    for index in 0..prepared.len() {
+        let Some(Ok(made)) = prepared.get(index) else { continue };
+        if made.quat.try_readwrite().is_ok() {
+            continue;
+        }
+        let mut others = prepared.iter().enumerate().filter(|(other, _)| *other != index);
+        let apart = others.try_for_each(|(_, other)| match other {
+            Ok(other) => other.arrays().into_iter().try_for_each(|array| check_apart(made.quat.as_any(), Some(array))),
+            Err(_) => Ok(()),
+        });
+        let room = apart.and_then(|()| new_array::<T>(py, Fill::Nothing, made.quat.shape(), T::DTYPE));
+        match (room, prepared.get_mut(index)) {
+            (Ok(room), Some(Ok(made))) => made.out = Some(std::mem::replace(&mut made.quat, room)),
+            (Err(error), _) if way.raising => return Err(error),
+            (Err(error), Some(made)) => *made = Err(error),
+            _ => (),
+        }
+    }
+    Ok(())
 }
 
 /// The jobs of all calls, and how many there are of each call.
@@ -106,15 +138,19 @@ fn all_jobs<'a, 'py: 'a, T: Dtype, F: ?Sized>(
     Ok((jobs, counts))
 }
 
-/// Runs the jobs under watch until they are done.
+/// A sample of an offline filter takes as long as so many of a streaming one.
+const OFFLINE: usize = 10;
+
+/// Runs the jobs under watch until they are done; `cost` is the time of a sample beside that of a streaming filter.
 fn finished<'py, T: Dtype, F: ?Sized + Send>(
     py: Python<'py>,
     way: &Way<'_, 'py>,
     jobs: &mut [Job<'_, T, F>],
+    cost: usize,
     run: impl FnOnce(&mut [Job<'_, T, F>], &Watch) + Send,
 ) -> PyResult<()> {
-    let samples = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
-    let ((), error) = watched(py, samples, way.progress, |watch| run(jobs, watch))?;
+    let samples: usize = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
+    let ((), error) = watched(py, samples.saturating_mul(cost), way.progress, |watch| run(jobs, watch))?;
     error.map_or(Ok(()), Err)
 }
 
@@ -133,10 +169,14 @@ fn ends<'py, T: Dtype, F: ?Sized>(
         let (own, others) = rest.split_at_mut_checked(count).unwrap_or_default();
         rest = others;
         // Where a filter took an infinite value for missing it is looked for.
-        let finite = if own.iter().any(|job| job.infinite) { made.check_finite(py) } else { Ok(()) };
-        match finite {
+        let right = match own.iter().find_map(|job| job.panicked.as_ref()) {
+            Some(text) => Err(panicked(text)),
+            None if own.iter().any(|job| job.infinite) => made.check_finite(py),
+            None => Ok(()),
+        };
+        match right {
             Err(error) if way.raising => return Err(error),
-            finite => all.push(finite.map(|()| snapshots(made, own))),
+            right => all.push(right.map(|()| snapshots(made, own))),
         }
     }
     Ok(all)
@@ -154,6 +194,8 @@ struct Prepared<'py, T: Dtype> {
     samples: usize,
     zero_bias: bool,
     quat: Bound<'py, PyArrayDyn<T>>,
+    /// Into which the attitudes are copied at the end, where they cannot be written into it at once.
+    out: Option<Bound<'py, PyArrayDyn<T>>>,
     gyr_bias: Option<Bound<'py, PyArrayDyn<T>>>,
     status: Bound<'py, PyArrayDyn<u16>>,
     extra: Vec<Bound<'py, PyArrayDyn<T>>>,
@@ -220,6 +262,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             samples,
             zero_bias: false,
             quat,
+            out: None,
             gyr_bias: None,
             status,
             extra,
@@ -236,6 +279,14 @@ impl<'py, T: Dtype> Prepared<'py, T> {
         let fill = if made.zero_bias { Fill::Zeros } else { Fill::Nothing };
         made.gyr_bias = spec.gyr_bias.then(|| new(&[3], fill)).transpose()?;
         Ok(made)
+    }
+
+    /// What is read while other calls write, and what is written.
+    fn arrays(&self) -> Vec<&Bound<'py, PyAny>> {
+        let read = [Some(&self.gyr), self.acc.as_ref(), self.mag.as_ref()].into_iter().flatten();
+        let read = read.map(|array| array.as_any()).chain(self.t.as_deref().map(Bound::as_any));
+        let out = self.out.as_ref().unwrap_or(&self.quat);
+        read.chain([out.as_any()]).collect()
     }
 
     /// Checks that no measurement is infinite.
@@ -302,6 +353,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
                     extra: extra.iter_mut().filter_map(|(index, rows)| Some((*index, rows.next()?))).collect(),
                 },
                 infinite: false,
+                panicked: None,
             });
         }
         Ok(jobs)

@@ -1,19 +1,18 @@
 //! Long computations: the interpreter goes on beside them, and can end them.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::scope;
 use std::time::Duration;
 
-use ahrs_rs_batch::threads::Watch;
+use ahrs_rs_batch::threads::{Watch, contained};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 /// How often the interpreter looks after a computation: Ctrl-C is to work within a second.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Samples that are computed before anybody could press a key.
-const SHORT: usize = 1_000_000;
+/// Samples of a streaming filter that are computed before anybody could press a key: a tenth of a second at most.
+const SHORT: usize = 200_000;
 
 /// Does the work without the interpreter's lock, and gives what it gave. `samples` says how much it is; where it is much,
 /// signals are handled meanwhile and `progress` is called with the count of what is finished. An exception of either stops
@@ -26,7 +25,7 @@ pub fn watched<R: Send>(
 ) -> PyResult<(R, Option<PyErr>)> {
     let watch = Watch::default();
     // A panic of a worker is an exception here.
-    let work = || catch_unwind(AssertUnwindSafe(|| work(&watch)));
+    let work = || contained(|| work(&watch));
     let (result, error) = if samples < SHORT && progress.is_none() {
         (py.detach(work), None)
     } else {
@@ -53,17 +52,20 @@ pub fn watched<R: Send>(
                     look(&mut error);
                 }
                 look(&mut error);
-                (worker.join().unwrap_or_else(Err), error)
+                (worker.join().unwrap_or_else(|_| Err(String::new())), error)
             })
         })
     };
     match result {
-        Ok(result) => Ok((result, error)),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-            Err(PyRuntimeError::new_err(format!("a worker panicked: {}", text.unwrap_or("without a message"))))
-        }
+        // What a part of the work said that panicked comes after an exception that has stopped it.
+        Ok(result) => Ok((result, error.or_else(|| watch.panicked().map(panicked)))),
+        Err(text) => Err(panicked(text)),
     }
+}
+
+/// The exception for a panic, which is a fault of ours.
+pub fn panicked(text: impl std::fmt::Display) -> PyErr {
+    PyRuntimeError::new_err(format!("this is a fault of ahrs_rs: a filter panicked: {text}"))
 }
 
 fn look(progress: Option<&Py<PyAny>>, count: usize) -> PyResult<()> {

@@ -7,13 +7,15 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from ahrs_rs import _atomic, _json
+from ahrs_rs._stored import shown
 from ahrs_rs.recording import Recording
 
 from ._common import CalibrationWarning
@@ -101,7 +103,7 @@ class Calibrations:
         )
         # Rows of numbers stand in one line.
         text = re.sub(r"\[[^][{}]*\]", lambda found: " ".join(found[0].split()).replace("[ ", "["), text)
-        path.write_text(text.replace(" ]", "]") + "\n", encoding="utf-8")
+        _atomic.write_text(path, text.replace(" ]", "]") + "\n")
 
     def to_rust(self) -> str:
         """Rust source with a constant for each sensor (`GYR`, `ACC`, `MAG`), in float32."""
@@ -126,20 +128,26 @@ def load(path: str | os.PathLike[str]) -> Calibrations:
     """
     path = Path(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: is not JSON: {error}") from None
+        content = _json.read(path)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ValueError(f'{path}: is not a calibration: no "format": "{FORMAT}"')
     if content.get("version") != VERSION:
-        raise ValueError(f"{path}: expected version {VERSION} of the format, got {content.get('version')!r}")
+        raise ValueError(f"{path}: expected version {VERSION} of the format, got {shown(content.get('version'))}")
+    if content.get("model", MODEL) != MODEL:
+        raise ValueError(f"{path}: model: expected {MODEL!r}, got {shown(content['model'])}")
     unknown = [key for key in content if key not in (*UNITS, "format", "version", "model")]
     if unknown:
-        raise ValueError(f"{path}: expected the sensors {', '.join(UNITS)}, got {unknown[0]!r}")
-    try:
-        return Calibrations(**{name: _from_json(content[name]) for name in UNITS if name in content})
-    except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path}: expected the sensors {', '.join(UNITS)}, got {shown(unknown[0])}")
+    found: dict[str, SensorCalibration] = {}
+    for sensor in UNITS:
+        if sensor in content:
+            try:
+                found[sensor] = _from_json(sensor, content[sensor])
+            except ValueError as error:
+                raise ValueError(f"{path}: {sensor}: {error}") from None
+    return Calibrations(**found)
 
 
 def get(path: str | os.PathLike[str], sensor: str | None) -> SensorCalibration:
@@ -157,10 +165,15 @@ def get(path: str | os.PathLike[str], sensor: str | None) -> SensorCalibration:
 
 def put(path: str | os.PathLike[str], sensor: str, calibration: SensorCalibration) -> None:
     """Write the calibration of one sensor; the others of an existing file stay."""
+    joined(path, sensor, calibration).save(path)
+
+
+def joined(path: str | os.PathLike[str], sensor: str, calibration: SensorCalibration) -> Calibrations:
+    """The calibrations of a file, if it is there, with that of one sensor replaced or added."""
     _check_sensor(sensor)
     before = load(path) if Path(path).exists() else Calibrations()
     replaced: dict[str, Any] = {sensor: calibration}
-    dataclasses.replace(before, **replaced).save(path)
+    return dataclasses.replace(before, **replaced)
 
 
 def _check_sensor(sensor: str) -> None:
@@ -196,16 +209,26 @@ def _to_json(sensor: str, calibration: SensorCalibration) -> dict[str, Any]:
     return content
 
 
-def _from_json(content: Mapping[str, Any]) -> SensorCalibration:
+def _from_json(sensor: str, content: object) -> SensorCalibration:
     if not isinstance(content, dict):
-        raise ValueError(f"expected the numbers of a sensor, got {content!r}")
-    info = content.get("info", {})
-    if "matrix" in content:
-        return Calibration(content["matrix"], content["offset"], info)
-    missing = [name for name in LINES if name not in content]
+        raise ValueError(f"expected the numbers of a sensor, got {shown(content)}")
+    names = CONSTANT if "matrix" in content else LINES
+    missing = [name for name in names if name not in content]
     if missing:
-        raise ValueError(f"expected matrix and offset, or {', '.join(LINES)}: there is no {missing[0]}")
-    numbers = [content[name] for name in LINES]
+        raise ValueError(f"expected {' and '.join(CONSTANT)}, or {', '.join(LINES)}: there is no {missing[0]}")
+    more = () if names is CONSTANT else ("range", "covariance")
+    unknown = [key for key in content if key not in (*names, *more, "unit", "info")]
+    if unknown:
+        raise ValueError(f"expected {', '.join((*names, *more))}, unit and info, got {shown(unknown[0])}")
+    unit = content.get("unit", UNITS[sensor])
+    if not isinstance(unit, str) or unit.replace("μ", "µ") != UNITS[sensor]:
+        raise ValueError(f"unit: expected {UNITS[sensor]}, which readings and offsets are in, got {shown(unit)}")
+    info = content.get("info", {})
+    if not isinstance(info, dict):
+        raise ValueError(f"info: expected an object, got {shown(info)}")
+    numbers = [content[name] for name in names]
+    if names is CONSTANT:
+        return Calibration(numbers[0], numbers[1], info)
     return TemperatureCalibration(
         numbers[0], numbers[1], numbers[2], numbers[3], content.get("range"), content.get("covariance"), info
     )

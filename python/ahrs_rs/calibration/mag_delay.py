@@ -142,7 +142,7 @@ class _Windows:
     def __init__(self, recording: Recording, window: float) -> None:
         from ahrs_rs.filters import FILTERS
 
-        gyr, _ = readings("gyr", recording.gyr)
+        gyr, _ = readings("gyr", recording.require("gyr"))
         mag, there = readings("mag", recording.mag if recording.mag is not None else np.zeros((0, 3)))
         self.length = max(round(window * recording.rate), FEWEST_READINGS)
         count = len(gyr) // self.length

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -147,8 +146,8 @@ class TemperatureCalibration:
         if self.covariance is not None:
             object.__setattr__(self, "covariance", _array("covariance", self.covariance, (12, 12)))
         if self.range is not None:
-            low, high = (float(end) for end in self.range)
-            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+            low, high = _array("range", self.range, (2,)).tolist()
+            if not low <= high:
                 raise ValueError(f"range: expected two temperatures in °C, got {self.range}")
             object.__setattr__(self, "range", (low, high))
             for temperature in (low, high):
@@ -237,9 +236,12 @@ def _held(temperature: FloatArray) -> FloatArray:
 
 def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     try:
-        array = np.array(value, dtype=np.float64)
+        array = np.array(value)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name}: expected numbers of shape {shape}, got {error}") from None
+    if array.dtype.kind not in "fiu":  # text, or whole numbers beyond 64 bits
+        raise ValueError(f"{name}: expected numbers of shape {shape}, got dtype {array.dtype}")
+    array = array.astype(np.float64)
     if array.shape != shape:
         raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():

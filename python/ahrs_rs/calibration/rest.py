@@ -96,7 +96,7 @@ def find_rest(
     if len(recording) < 2 * half + 1:
         have = f"{len(recording)} samples at {recording.rate:g} Hz"
         raise ValueError(f"recording: expected more than a window of {window:g} s, got {have}")
-    mean, deviation = _moving(recording.gyr, half)
+    mean, deviation = _moving(recording.require("gyr"), half)
     mask = (deviation <= gyr_deviation) & (np.sqrt(np.sum(mean**2, axis=1)) <= gyr_mean)
     came = f"the smallest deviations are {_smallest(deviation):.2g} rad/s"
     if recording.acc is not None:
@@ -134,7 +134,7 @@ def gyroscope_bias(recording: Recording, rest: Rest | None = None) -> GyroscopeB
         No rest, or fewer than 32 samples in it.
     """
     rest = find_rest(recording) if rest is None else rest
-    samples = recording.gyr[rest.mask]
+    samples = recording.require("gyr")[rest.mask]
     samples = samples[~np.isnan(samples).any(axis=1)]
     if len(samples) < 2 * BLOCKS:
         raise ValueError(f"gyr: expected at least {2 * BLOCKS} samples at rest, got {len(samples)}")

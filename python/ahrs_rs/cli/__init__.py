@@ -1,25 +1,39 @@
 """The command line ``ahrs-rs``: one module per command, each with `add_parser` and its function.
 
-Whatever goes wrong is told in one line on standard error, with exit status 2.
+Whatever goes wrong is told in one line on standard error, with exit status 2. SIGTERM and SIGHUP end a command as
+Ctrl-C does, with what is done kept and nothing half written.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
 from typing import NoReturn
 
 import ahrs_rs
-from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, simulate, tune
 from ahrs_rs.cli._common import CliError
+from ahrs_rs.cli._signals import interruptible
 
 __all__ = ["main"]
 
-COMMANDS = (run, compare, tune, filters, calibrate, noise, simulate, demo, papers)
+#: Command -> its module, which is imported where the command is given.
+COMMANDS = {
+    "run": "run",
+    "compare": "compare",
+    "tune": "tune",
+    "filters": "filters",
+    "sensors": "_sensors",
+    "formats": "_formats",
+    "calibrate": "calibrate",
+    "noise": "noise",
+    "simulate": "simulate",
+    "demo": "demo",
+    "papers": "papers",
+}
 
 FAILED = 2
-INTERRUPTED = 130
 #: What a shell reports of a program that the closed pipe ended: 128 + SIGPIPE.
 PIPE_CLOSED = 141
 
@@ -38,7 +52,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run a command and return its exit status: 0, 2 after an error, 130 after an interrupt.
+    """Run a command and return its exit status: 0, 2 after an error, 128 and the number of a signal that ended it.
 
     Parameters
     ----------
@@ -48,20 +62,21 @@ def main(argv: list[str] | None = None) -> int:
         # A terminal that lacks a character, as ° in ASCII, is no reason to fail.
         _tolerate(sys.stdout)
     try:
-        status = _command(argv)
-        _flush()
-        return status
+        with interruptible(_fail if argv is None else None) as received:
+            status = _command(argv)
+            _flush()
+            return status
     except BrokenPipeError:
         _drop_output()
         return PIPE_CLOSED
     except KeyboardInterrupt as interruption:
-        message, status = str(interruption) or "interrupted", INTERRUPTED
+        message, status = str(interruption) or received.word, received.status
     except (CliError, ValueError, ImportError, MemoryError, OverflowError) as error:
         message, status = str(error) or type(error).__name__, FAILED
     except OSError as error:
         message, status = _system_message(error), FAILED
     # Told only now: the exception is gone and has taken a progress bar with it.
-    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr)
+    _fail(message)
     try:
         _flush()
     except OSError:  # the error that has just been told
@@ -69,19 +84,24 @@ def main(argv: list[str] | None = None) -> int:
     return status
 
 
+def _fail(message: str) -> None:
+    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
+
+
 def _command(argv: list[str] | None) -> int:
-    parser = _parser()
+    given = sys.argv[1:] if argv is None else argv
+    parser = _parser(given[0] if given and given[0] in COMMANDS else None)
     try:
         args = parser.parse_args(argv)
     except SystemExit as end:  # --help and --version
         return int(end.code or 0)
     if args.function is None:
-        names = ", ".join(module.__name__.rpartition(".")[2] for module in COMMANDS)
-        raise CliError(f"expected a command: {names} (see {parser.prog} --help)")
+        raise CliError(f"expected a command: {', '.join(COMMANDS)} (see {parser.prog} --help)")
     return int(args.function(args))
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(command: str | None) -> argparse.ArgumentParser:
+    """The parser of a command, or of all of them."""
     parser = _Parser(
         prog="ahrs-rs",
         description="Orientation from recordings of gyroscope, accelerometer and magnetometer.",
@@ -92,8 +112,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"ahrs-rs {ahrs_rs.__version__}")
     parser.set_defaults(function=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
-    for module in COMMANDS:
-        module.add_parser(commands)
+    for name in COMMANDS if command is None else [command]:
+        importlib.import_module(f"{__name__}.{COMMANDS[name]}").add_parser(commands)
     return parser
 
 

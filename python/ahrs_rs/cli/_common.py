@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import difflib
+import itertools
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -14,12 +16,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io, metrics
+from ahrs_rs import _atomic, metrics
 from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
 Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+#: Outputs, each with a function that writes it to the path that it is given.
+Writers: TypeAlias = dict[Path, Callable[[Path], object]]
 
 
 class CliError(Exception):
@@ -141,23 +145,6 @@ def _hint(name: str, known: Iterable[str]) -> str:
     return f" (did you mean {by_name[close[0]]}?)" if close else ""
 
 
-def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Options of how a file is read."""
-    group = parser.add_argument_group("reading")
-    group.add_argument(
-        "--format",
-        choices=list(io.FORMATS),
-        metavar="NAME",
-        help="of the file: %(choices)s (default: found from its content)",
-    )
-    group.add_argument(
-        "--rate",
-        type=positive,
-        metavar="HZ",
-        help="sampling rate, for a file without times, or in place of its times",
-    )
-
-
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Options of `Settings`."""
     group = parser.add_argument_group("computation")
@@ -269,14 +256,45 @@ def positive(text: str) -> float:
     return number
 
 
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path] = ()) -> None:
+    """`check_output` of the paths of several options, which are not to be one file."""
+    inputs = list(inputs)
+    given = [(option, path) for option, path in outputs.items() if path is not None]
+    for option, path in given:
+        check_output(path, option, inputs)
+    for (first, path), (second, other) in itertools.combinations(given, 2):
+        if _same_file(path, other):
+            raise CliError(f"{first} and {second}: expected two files, got {other} twice")
+
+
+def _same_file(path: Path, other: Path) -> bool:
+    if path.resolve() == other.resolve():
+        return True
+    return path.exists() and other.exists() and path.samefile(other)
+
+
+def write_all(writers: Writers, folder: Path | None = None) -> None:
+    """The files of a command: none of them changes if one cannot be written.
+
+    A folder is made where it is not there.
+    """
+    with _atomic.Together() as files:
+        if folder is not None:
+            files.folder(folder)
+        for path, write in writers.items():
+            with files.replacing(path) as beside:
+                write(beside)
+
+
 def check_output(path: Path, option: str, inputs: Iterable[Path] = ()) -> None:
     """Raise a `CliError`, before anything is computed, where a file cannot be written to the path."""
     if path.is_dir():
         raise CliError(f"{option}: {path} is a directory")
     if not path.parent.is_dir():
         raise CliError(f"{option}: {path}: there is no directory {path.parent}")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise CliError(f"{option}: {path} cannot be written: permission denied")
+    for one in (path, path.resolve().parent):  # a file is replaced, which is to change its folder
+        if one.exists() and not os.access(one, os.W_OK):
+            raise CliError(f"{option}: {path} cannot be written: permission denied")
     for given in inputs:
         if path.exists() and given.exists() and path.samefile(given):
             raise CliError(f"{option}: {path} is the recording itself")
@@ -285,6 +303,13 @@ def check_output(path: Path, option: str, inputs: Iterable[Path] = ()) -> None:
 def magnetometer(recording: Recording, settings: Settings) -> NDArray[np.float64] | None:
     """The magnetometer's samples (T, 3), unless they are to be left out."""
     return None if settings.six_axes else recording.mag
+
+
+def measurements(recording: Recording, settings: Settings) -> Recording:
+    """What a filter is to be given of a recording: without the magnetometer, if that is to be left out."""
+    if not settings.six_axes or recording.mag is None:
+        return recording
+    return dataclasses.replace(recording, mag=None)
 
 
 def score_frame(recording: Recording, settings: Settings) -> str:
@@ -304,10 +329,6 @@ def scored(recording: Recording) -> int:
 def notes(recording: Recording, settings: Settings, aligner: Aligner = UNALIGNED) -> list[str]:
     """What must be known to judge the errors of the recording's estimates."""
     found = []
-    assumed = recording.meta.get("assumed_units")
-    if assumed:
-        units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
-        found.append(f"no unit is stated, taken as {units}")
     if scored(recording):
         frame = recording.meta.get("ref_frame")
         if frame is not None and frame not in FRAMES and aligner.earth == "none":

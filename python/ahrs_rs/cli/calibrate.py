@@ -7,16 +7,18 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import calibration, io, plots
+from ahrs_rs import _atomic, calibration, plots
 from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
-from ahrs_rs.cli import _common
-from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.calibration.file import joined
+from ahrs_rs.cli import _calibrated, _common, _reading
+from ahrs_rs.cli._common import CliError, Commands, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
@@ -91,8 +93,8 @@ def add_parser(commands: Commands) -> None:
     late.add_argument(
         "--window", type=_common.positive, default=1.0, metavar="S", help="over which the field may have any slope, s"
     )
-    _common.add_reading(late)
-    add_option(late)
+    _reading.add_reading(late)
+    _calibrated.add_option(late)
     export = sensors.add_parser("export", help="cal.json as source code for firmware", allow_abbrev=False)
     export.set_defaults(function=write_sources)
     export.add_argument("file", type=Path, metavar="FILE", help="cal.json")
@@ -111,7 +113,7 @@ def _sensor(
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings, taken together")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="cal.json to write, or to add this sensor to")
     _source_options(parser)
-    _common.add_reading(parser)
+    _reading.add_reading(parser)
     return parser
 
 
@@ -160,18 +162,16 @@ def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], cali
         args.plot = (args.output or Path("calibration.png")).with_suffix(".png")
     _check_outputs(args)
     recordings = _read(args)
-    readings = _joined(args.sensor, recordings)
+    readings, rate = _joined(args.sensor, recordings)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", CalibrationWarning)
-        found = fit(readings, recordings[0].rate)
+        found = fit(readings, rate)
     print(f"{args.sensor}        {' '.join(map(str, args.files))}")
     print(found.summary())
     for one in caught:
         print(f"note       {one.message}")
-    _write(args, found.calibration)
-    if args.plot is not None:
-        plots.save(figure(readings, found, args.sensor), args.plot)
-        print(f"wrote      {args.plot}")
+    _print_told(recordings)
+    _write(args, found.calibration, lambda path: plots.save(figure(readings, found, args.sensor), path))
     return 0
 
 
@@ -180,9 +180,10 @@ def _positions(args: argparse.Namespace) -> int:
     if args.plot is not None:
         raise CliError("--plot: there is none of the method positions")
     held: list[FloatArray] = []
-    for recording in _read(args):
-        acc = _joined("acc", [recording])
-        held += [acc[part] for part in calibration.held_attitudes(acc, recording.rate)]
+    recordings = _read(args)
+    for recording in recordings:
+        acc, rate = _joined("acc", [recording])
+        held += [acc[part] for part in calibration.held_attitudes(acc, rate)]
     found = calibration.six_positions(held, gravity=args.gravity)
     std = np.full(6, np.nan) if found.covariance is None else np.sqrt(np.diag(found.covariance))
     print(f"positions  {len(held)} held for a second or more")
@@ -191,6 +192,7 @@ def _positions(args: argparse.Namespace) -> int:
             f"{axis}          gain {found.gain[k]:.6g} ± {std[k]:.2g}, bias {found.bias[k]:.6g} ± {std[3 + k]:.2g} m/s²"
         )
     print(f"residual   {np.abs(found.residual).max():.3g} m/s² at most")
+    _print_told(recordings)
     _write(args, found.calibration)
     return 0
 
@@ -204,16 +206,18 @@ def gyroscope(args: argparse.Namespace) -> int:
     if args.reference:
         if recording.ref is None:
             raise CliError(f"--reference: {args.files[0]} has no reference")
-        found = calibration.gyroscope_from_reference(recording.gyr, recording.ref, t=recording.t)
+        found = calibration.gyroscope_from_reference(recording.require("gyr"), recording.ref, t=recording.t)
     else:
         turns = _turns(args.turns) if args.turns else []
         rests = _rests(recording)
-        rest = np.concatenate([recording.gyr[part] for part in rests])
+        gyr = recording.require("gyr")
+        rest = np.concatenate([gyr[part] for part in rests])
         found = calibration.gyroscope(rest, _cut(recording, rests, turns))
     print(f"gyr        {args.files[0]}")
     for k, axis in enumerate("xyz"):
         gain = f"gain {found.gain[k, k]:.6g} ± {found.gain_std[k, k]:.2g}, " if args.turns or args.reference else ""
         print(f"{axis}          {gain}bias {found.bias[k]:.6g} ± {found.bias_std[k]:.2g} rad/s")
+    _print_told([recording])
     _write(args, found.calibration)
     return 0
 
@@ -222,10 +226,11 @@ def magnetometer_delay(args: argparse.Namespace) -> int:
     """The command for the delay of a magnetometer: every file, and their mean by their standard errors."""
     found: list[calibration.MagDelay] = []
     lines: list[str] = []
-    calibrations = given(args)
+    calibrations = _calibrated.given(args)
     for path, read in zip(args.files, _read(args), strict=True):
-        recording, said = applied(calibrations, read)
-        lines += [f"mag-delay  {path}", *(f"note       {note}" for note in said)]
+        recording, said = _calibrated.applied(calibrations, read)
+        lines += [f"mag-delay  {path}", *(f"{key:<10} {text}" for key, text in _reading.told(recording))]
+        lines += [f"note       {note}" for note in said]
         try:
             one = calibration.mag_delay(recording, window=args.window)
         except CalibrationError as error:
@@ -264,7 +269,7 @@ def _turns(text: str) -> list[tuple[str, float]]:
 def _rests(recording: Recording) -> list[slice]:
     """The phases in which the gyroscope rests, and turns by less than any bias."""
     window = 0.1
-    rest = _windows.resting(recording.gyr, recording.rate, window, _windows.GYR_LIMITS)
+    rest = _windows.resting(recording.require("gyr"), recording.rate, window, _windows.GYR_LIMITS)
     # A steady turn varies as little, about another mean.
     typical = np.median(rest.means, axis=0) if len(rest.means) else np.zeros(3)
     index = rest.index[np.linalg.norm(rest.means - typical, axis=1) < SLOWEST_TURN]
@@ -284,17 +289,18 @@ def _cut(recording: Recording, rests: list[slice], turns: list[tuple[str, float]
     """What is between the rests, where it is one of the turns that are known."""
     if not turns:
         return []
-    bias = np.nanmean(np.concatenate([recording.gyr[part] for part in rests]), axis=0)
+    gyr = recording.require("gyr")
+    bias = np.nanmean(np.concatenate([gyr[part] for part in rests]), axis=0)
     between = []
     for before, after in itertools.pairwise(rests):
         part = slice((before.start + before.stop) // 2, (after.start + after.stop) // 2)
-        angle = np.nansum((recording.gyr[part] - bias)[1:] * np.diff(recording.t[part])[:, None], axis=0)
+        angle = np.nansum((gyr[part] - bias)[1:] * np.diff(recording.t[part])[:, None], axis=0)
         if np.linalg.norm(angle) > 0.5:
             between.append(part)
     if len(between) != len(turns):
         raise CliError(f"--turns: the recording has {len(between)} turns between its rests, got {len(turns)}")
     return [
-        calibration.Turn(recording.gyr[part], axis, angle, t=recording.t[part])
+        calibration.Turn(gyr[part], axis, angle, t=recording.t[part])
         for part, (axis, angle) in zip(between, turns, strict=True)
     ]
 
@@ -305,36 +311,42 @@ def write_sources(args: argparse.Namespace) -> int:
         raise CliError("expected --rust FILE or --c-header FILE")
     args.output = None
     _check_outputs(args)
-    _sources(args, calibration.load(args.file))
+    _write_all(_sources(args, calibration.load(args.file)))
     return 0
 
 
-def _sources(args: argparse.Namespace, calibrations: Calibrations) -> None:
-    for path, text in ((args.rust, Calibrations.to_rust), (args.c_header, Calibrations.to_c)):
-        if path is not None:
-            path.write_text(text(calibrations), encoding="utf-8")
-            print(f"wrote      {path}")
+def _sources(args: argparse.Namespace, calibrations: Calibrations) -> Writers:
+    """What writes the source code that is asked for."""
+    texts = [(args.rust, Calibrations.to_rust), (args.c_header, Calibrations.to_c)]
+    return {path: partial(_atomic.write_text, content=text(calibrations)) for path, text in texts if path is not None}
 
 
-def _write(args: argparse.Namespace, found: Calibration) -> None:
+def _write(args: argparse.Namespace, found: Calibration, draw: Callable[[Path], object] | None = None) -> None:
+    outputs: Writers = {}
     if args.output is not None:
-        found.save(args.output, args.sensor)
-        print(f"wrote      {args.output}")
-    _sources(args, Calibrations(**{args.sensor: found}))
+        outputs[args.output] = joined(args.output, args.sensor, found).save
+    outputs |= _sources(args, Calibrations(**{args.sensor: found}))
+    if draw is not None and args.plot is not None:
+        outputs[args.plot] = draw
+    _write_all(outputs)
+
+
+def _write_all(outputs: Writers) -> None:
+    _common.write_all(outputs)
+    for path in outputs:
+        print(f"wrote      {path}")
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
     inputs = getattr(args, "files", None) or [args.file]
-    for path, option in ((args.output, "-o"), (args.rust, "--rust"), (args.c_header, "--c-header")):
-        if path is not None:
-            _common.check_output(path, option, inputs)
+    outputs = {"-o": args.output, "--rust": args.rust, "--c-header": args.c_header}
+    _common.check_outputs(outputs | {"--plot": getattr(args, "plot", None)}, inputs)
     if args.output is not None:
         if args.output.suffix.lower() != ".json":
             raise CliError(f"-o: expected a name that ends in .json, got {args.output.name!r}")
         if args.output.exists():
             calibration.load(args.output)  # what is no calibration is not written over
     if getattr(args, "plot", None) is not None:
-        _common.check_output(args.plot, "--plot", inputs)
         plots.require_matplotlib()
         try:
             plots.check_ending(args.plot)
@@ -343,15 +355,25 @@ def _check_outputs(args: argparse.Namespace) -> None:
 
 
 def _read(args: argparse.Namespace) -> list[Recording]:
-    return [io.read(path, format=args.format, rate=args.rate) for path in args.files]
+    return [_reading.read(path, args) for path in args.files]
 
 
-def _joined(sensor: str, recordings: list[Recording]) -> FloatArray:
-    parts = [getattr(recording, sensor) for recording in recordings]
-    for part, recording in zip(parts, recordings, strict=True):
-        if part is None:
+def _joined(sensor: str, recordings: list[Recording]) -> tuple[FloatArray, float]:
+    """The readings of a sensor, as it gave them, and its rate in Hz."""
+    parts = []
+    for recording in recordings:
+        if sensor not in recording.streams:
             raise CliError(f"{recording.meta.get('path')}: has no {sensor}")
-    return np.concatenate(parts)
+        parts.append(recording.streams[sensor])
+    first = parts[0]
+    rate = first.rate if len(first) > 1 and first.t[-1] > first.t[0] else recordings[0].rate
+    return np.concatenate([part.values for part in parts]), rate
+
+
+def _print_told(recordings: list[Recording]) -> None:
+    """What has to be known of how they were read, each sentence once."""
+    for key, text in dict.fromkeys(line for recording in recordings for line in _reading.told(recording)):
+        print(f"{key:<10} {text}")
 
 
 def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -> Figure:
@@ -382,29 +404,3 @@ def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -
         axes.set_xlabel("reading")
     drawn.suptitle(f"{sensor}: {found.calibration.info['method']}")
     return drawn
-
-
-def add_option(parser: argparse.ArgumentParser) -> None:
-    """The option of other commands by which recordings are calibrated."""
-    parser.add_argument(
-        "--calibration", type=Path, metavar="FILE", help="cal.json of `ahrs-rs calibrate`, applied to the readings"
-    )
-
-
-def given(args: argparse.Namespace) -> Calibrations | None:
-    """The calibrations that `add_option` asks for."""
-    return None if args.calibration is None else calibration.load(args.calibration)
-
-
-def applied(calibrations: Calibrations | None, recording: Recording) -> tuple[Recording, list[str]]:
-    """The recording with the calibrations, and what is to be known of them."""
-    if calibrations is None:
-        return recording, []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", CalibrationWarning)
-        result = calibrations.apply(recording)
-    notes = [str(one.message) for one in caught]
-    lacking = [sensor for sensor, _ in calibrations if getattr(recording, sensor) is None]
-    if lacking:
-        notes.append(f"calibrated, but not in the recording: {', '.join(lacking)}")
-    return result, notes

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ahrs_rs import io, metrics, plots
+from ahrs_rs import _atomic, metrics, plots
 from ahrs_rs._progress import progress_bar
-from ahrs_rs.cli import _common, calibrate
-from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
+from ahrs_rs.cli import _calibrated, _common, _reading
+from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
 
@@ -49,7 +49,9 @@ def add_parser(commands: Commands) -> None:
     )
     parser.set_defaults(function=compare)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings (csv, parquet, npz, hdf5)")
-    parser.add_argument("--filters", default="all", metavar="NAMES", help="all (the default), or name,name")
+    parser.add_argument(
+        "--filter", "--filters", dest="filters", default="all", metavar="NAMES", help="all (the default), or name,name"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -62,8 +64,9 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the errors over time (png, pdf, svg)")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the table")
     _common.add_align(parser)
-    _common.add_reading(parser)
-    calibrate.add_option(parser)
+    _reading.add_reference(parser)
+    _reading.add_reading(parser)
+    _calibrated.add_option(parser)
     _common.add_settings(parser)
 
 
@@ -72,16 +75,18 @@ def compare(args: argparse.Namespace) -> int:
     choices = choose_all(args.filters, args.preset, args.set)
     _check_outputs(args)
     for path in args.files:
-        if not path.exists():
+        if not path.exists() and str(path) != "-":
             raise CliError(f"{path}: no such file")
     paths = list(dict.fromkeys(args.files))
     comparison = Comparison(choices, Settings.of(args), Aligner.of(args), plot=args.plot is not None)
-    calibrations = calibrate.given(args)
+    calibrations = _calibrated.given(args)
 
     def recordings() -> Iterator[tuple[str, Recording]]:
         for name, path in zip(_short_names(paths), paths, strict=True):
-            recording, said = calibrate.applied(calibrations, io.read(path, format=args.format, rate=args.rate))
-            for note in said:
+            recording, said = _calibrated.applied(
+                calibrations, _reading.with_reference(_reading.read(path, args), args)
+            )
+            for note in [*said, *(f"{key}: {text}" for key, text in _reading.told(recording))]:
                 comparison.notes.setdefault(note, []).append(name)
             yield name, recording
 
@@ -91,10 +96,12 @@ def compare(args: argparse.Namespace) -> int:
 
     count = len({result.file for result in comparison.results})
     rows = comparison.means() + (comparison.results if args.per_file else [])
+    outputs: Writers = {}
     if args.csv is not None:
-        write_csv(args.csv, rows)
+        outputs[args.csv] = lambda path: write_csv(path, rows)
     if args.plot is not None:
-        plots.save(comparison.figure(), args.plot)
+        outputs[args.plot] = lambda path: plots.save(comparison.figure(), path)
+    _common.write_all(outputs)
     print(table(rows, count, aligned=bool(comparison.aligner)))
     _print_end(args, comparison, count)
     return 0
@@ -149,17 +156,13 @@ def choose_all(names: str, preset: str | None, texts: Sequence[str]) -> list[Cho
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
-    if args.csv is not None:
-        _common.check_output(args.csv, "--csv", args.files)
+    _common.check_outputs({"--csv": args.csv, "--plot": args.plot}, args.files)
     if args.plot is not None:
-        _common.check_output(args.plot, "--plot", args.files)
         plots.require_matplotlib()
         try:
             plots.check_ending(args.plot)
         except ValueError as error:
             raise CliError(f"--plot: {str(error).removeprefix('path: ')}") from None
-        if args.csv is not None and args.csv.resolve() == args.plot.resolve():
-            raise CliError(f"--csv and --plot: expected two files, got {args.csv} twice")
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,12 +234,12 @@ class Comparison:
 
     def _evaluate(self, job: _Job) -> tuple[Result, NDArray[Any], NDArray[np.float64]]:
         recording = job.recording
-        mag = _common.magnetometer(recording, self.settings)
+        measured = _common.measurements(recording, self.settings)
         f = job.choice.make(recording.rate, self.settings, _common.score_frame(recording, self.settings))
         times = []
         for _ in range(REPEATS):
             begin = time.perf_counter_ns()
-            est = f.run(recording.gyr, recording.acc, mag, t=recording.t, threads=1)
+            est = f.run(measured, threads=1)
             times.append(time.perf_counter_ns() - begin)
         quat, ref, said = self.aligner.pair(est.quat, recording)
         for note in said:
@@ -247,7 +250,7 @@ class Comparison:
             filter=f.NAME,
             parameters=job.choice.changes,
             file=job.name,
-            sensors="9D" if mag is not None and f.MAGNETOMETER else "6D",
+            sensors="9D" if measured.mag is not None and f.MAGNETOMETER else "6D",
             samples=len(recording),
             total_deg=float(errors.total),
             heading_deg=float(errors.heading),
@@ -311,7 +314,7 @@ def table(rows: Sequence[Result], files: int, *, aligned: bool = False) -> str:
 
 def write_csv(path: Path, rows: Sequence[Result]) -> None:
     """The results as a CSV file with full precision; a mean over the files has no name in `file`."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with _atomic.text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([field.name for field in fields(Result)])
         writer.writerows(astuple(row) for row in rows)

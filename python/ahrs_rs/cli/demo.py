@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ahrs_rs import plots, simulate
 from ahrs_rs.cli import _common
-from ahrs_rs.cli._common import Choice, CliError, Commands, Settings
+from ahrs_rs.cli._common import Choice, CliError, Commands, Settings, Writers
 from ahrs_rs.cli.compare import Comparison, table
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.io import write_estimate
@@ -73,14 +73,16 @@ def demo(args: argparse.Namespace) -> int:
     if not comparison.results:
         raise CliError("--duration: the simulation has no sample that counts; make it longer")
 
-    args.output.mkdir(exist_ok=True)
-    recording.save(recording_file)
     best = comparison.best()
     f = best.make(recording.rate, settings)
-    est = f.run(recording.gyr, recording.acc, recording.mag, t=recording.t)
-    write_estimate(orientation_file, est.t, est.quat, est.gyr_bias, est.status)
+    est = f.run(recording)
+    outputs: Writers = {
+        recording_file: recording.save,
+        orientation_file: lambda path: write_estimate(path, est.t, est.quat, est.gyr_bias, est.status),
+    }
     if not missing:
-        plots.save(comparison.figure(), plot_file)
+        outputs[plot_file] = lambda path: plots.save(comparison.figure(), path)
+    _common.write_all(outputs, folder=args.output)
 
     print(table(comparison.means(), 1))
     print()

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ahrs_rs import io, plots
+from ahrs_rs import _atomic, plots
 from ahrs_rs.calibration.allan import Coefficient
 from ahrs_rs.calibration.noise import AXES, Noise, noise
 from ahrs_rs.calibration.rest import Rest, find_rest
-from ahrs_rs.cli import _common
-from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.cli import _common, _reading
+from ahrs_rs.cli._common import CliError, Commands, Writers
 from ahrs_rs.recording import Recording
 
 EPILOG = """\
@@ -55,33 +55,32 @@ def add_parser(commands: Commands) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write everything (.json)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the Allan deviations (needs matplotlib)")
-    _common.add_reading(parser)
+    _reading.add_reading(parser)
 
 
 def noise_command(args: argparse.Namespace) -> int:
     """The command."""
-    if args.output is not None:
-        if args.output.suffix.lower() != ".json":
-            raise CliError(f"-o: expected a name that ends in .json, got {args.output.name!r}")
-        _common.check_output(args.output, "-o", [args.file])
+    if args.output is not None and args.output.suffix.lower() != ".json":
+        raise CliError(f"-o: expected a name that ends in .json, got {args.output.name!r}")
     if args.plot is not None:
         plots.require_matplotlib()
         try:
             plots.check_ending(args.plot)
         except ValueError as error:
             raise CliError(f"--plot: {error}") from None
-        _common.check_output(args.plot, "--plot", [args.file])
-    recording = io.read(args.file, format=args.format, rate=args.rate)
+    _common.check_outputs({"-o": args.output, "--plot": args.plot}, [args.file])
+    recording = _reading.read(args.file, args)
     rest = find_rest(recording) if args.static is None else _given(recording, *args.static)
     result = noise(recording, rest)
     lines = [*_head(recording, result), "", *_table(result), "", *_parameters(result)]
+    outputs: Writers = {}
     if args.output is not None:
         text = json.dumps(result.to_dict(), ensure_ascii=False, indent=2, allow_nan=False)
-        args.output.write_text(text + "\n", encoding="utf-8")
-        lines.append(f"{'wrote':<10} {args.output}")
+        outputs[args.output] = lambda path: _atomic.write_text(path, text + "\n")
     if args.plot is not None:
-        plots.save(result.figure(), args.plot)
-        lines.append(f"{'wrote':<10} {args.plot}")
+        outputs[args.plot] = lambda path: plots.save(result.figure(), path)
+    _common.write_all(outputs)
+    lines += [f"{'wrote':<10} {path}" for path in outputs]
     print("\n".join(lines))
     return 0
 
@@ -113,16 +112,10 @@ def _head(recording: Recording, result: Noise) -> list[str]:
     biases = zip(result.bias.value, result.bias.standard_error, strict=True)
     bias = " ".join(f"{value:.4g}±{error:.2g}" for value, error in biases)
     lines = [
-        ("recording", f"{recording.meta['path']} ({recording.meta['format']}: {' '.join(result.sensors)})"),
-        ("samples", f"{len(recording)} in {recording.duration:.6g} s, {recording.rate:.6g} Hz"),
-        *(("repaired", repair) for repair in recording.meta["repairs"]),
+        *_reading.head(recording, list(result.sensors)),
         ("rest", phases),
         ("gyr bias", f"{bias} rad/s"),
     ]
-    assumed = recording.meta.get("assumed_units")
-    if assumed:
-        units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
-        lines.append(("note", f"no unit is stated, taken as {units}"))
     return [f"{key:<10} {text}" for key, text in lines]
 
 

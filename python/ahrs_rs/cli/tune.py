@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ahrs_rs import io, tuning
+from ahrs_rs import tuning
 from ahrs_rs._filter import Filter
-from ahrs_rs.cli import _common
+from ahrs_rs.cli import _common, _reading
 from ahrs_rs.cli._common import CliError, Commands, Settings
 from ahrs_rs.recording import Recording
 from ahrs_rs.tuning import Scores, Tuned
@@ -84,7 +83,7 @@ def add_parser(commands: Commands) -> None:
         metavar="FILE",
         help="keep what is computed there: the same command goes on from it after an interruption",
     )
-    _common.add_reading(parser)
+    _reading.add_reading(parser)
     _common.add_settings(parser)
 
 
@@ -125,11 +124,11 @@ def tune(args: argparse.Namespace) -> int:
     )
     if args.output is not None:
         tuned.save(args.output, [str(path) for path in args.files])
-    _print(args, tuned)
+    _print(args, tuned, [line for recording in recordings for line in _reading.told(recording)])
     return 0
 
 
-def _print(args: argparse.Namespace, tuned: Tuned) -> None:
+def _print(args: argparse.Namespace, tuned: Tuned, told: list[tuple[str, str]]) -> None:
     found = " ".join(f"{name}={_common.shown(value)}" for name, value in tuned.params.items())
     lines = [
         ("filter", tuned.filter),
@@ -142,7 +141,7 @@ def _print(args: argparse.Namespace, tuned: Tuned) -> None:
     lines.append(("use", " ".join(f"--set {name}={value}" for name, value in tuned.params.items())))
     if args.output is not None:
         lines.append(("wrote", str(args.output)))
-    for key, text in lines:
+    for key, text in [*lines, *dict.fromkeys(told)]:
         print(f"{key:<10} {text}")
 
 
@@ -155,18 +154,14 @@ def _scores(metric: str, scores: Scores) -> str:
 def _recording(path: Path, args: argparse.Namespace, settings: Settings) -> Recording:
     if not path.exists():
         raise CliError(f"{path}: no such file")
-    recording = io.read(path, format=args.format, rate=args.rate)
+    recording = _reading.read(path, args)
     if not _common.scored(recording):
         raise CliError(f"{path}: no reference at any sample that counts")
-    return dataclasses.replace(recording, mag=_common.magnetometer(recording, settings))
+    return _common.measurements(recording, settings)
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
-    for path, option in ((args.output, "-o"), (args.checkpoint, "--checkpoint")):
-        if path is not None:
-            _common.check_output(path, option, args.files)
-    if args.output is not None and args.checkpoint is not None and args.output.resolve() == args.checkpoint.resolve():
-        raise CliError(f"-o and --checkpoint: expected two files, got {args.output} twice")
+    _common.check_outputs({"-o": args.output, "--checkpoint": args.checkpoint}, args.files)
 
 
 def _params(cls: type[Filter], texts: Sequence[str]) -> dict[str, Any] | None:

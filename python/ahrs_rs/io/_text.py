@@ -1,114 +1,279 @@
-"""Text tables through pyarrow: numbers of the wanted columns, strict about the shape of every row."""
+"""Numbers of text tables, through pyarrow: of the wanted columns, strict about the shape of the rows."""
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Collection, Mapping
 from typing import Any
 
-from ._common import one_line, require
+import numpy as np
+from numpy.typing import NDArray
 
-#: Spellings of a missing value, beside the usual ones of pyarrow (empty, NaN, NA, null, n/a, ...).
-MISSING = ("None", "none", "NAN", "Nan", "-", "--")
+from ._contents import FloatArray, one_line, require
+from ._preamble import Layout, cells, encoding_of
+from ._source import Source
 
-#: How much of a file may precede the first row of data.
-HEAD_BYTES = 65536
+#: Spellings of a missing value.
+MISSING = (
+    "",
+    *[
+        "NaN",
+        "nan",
+        "NAN",
+        "Nan",
+        "-nan",
+        "-NaN",
+        "NA",
+        "N/A",
+        "n/a",
+        "#N/A",
+        "#NA",
+        "<NA>",
+        "NULL",
+        "null",
+        "None",
+        "none",
+        "-",
+        "--",
+        "1.#QNAN",
+        "1.#IND",
+        "-1.#IND",
+    ],
+)
+#: Rows that are damaged are left out where they are no more than this part of all.
+DAMAGED = 0.01
 
 
-def is_text(head: bytes) -> bool:
-    """Whether a file with these first bytes can be a text table in an ASCII-like encoding."""
-    return bool(head.strip()) and b"\0" not in head
-
-
-def head_lines(path: Path) -> list[str]:
-    """The first lines of the file, empty ones included; Latin-1 where it is not UTF-8."""
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
-    if len(head) == HEAD_BYTES:
-        head = head[: head.rfind(b"\n") + 1]
-    try:
-        text = head.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = head.decode("latin-1")
-    return re.split("\r\n|\n|\r", text)
-
-
-def cells(line: str, separator: str) -> list[str]:
-    """The cells of one line, stripped."""
-    try:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
-    except csv.Error as error:
-        raise ValueError(f"is not a text table: {error}") from error
-
-
-def table_width(header: list[str], first_row: list[str]) -> int:
-    """Cells in a row, where header and rows may differ by separators at the end of the line."""
-    short, long = sorted((header, first_row), key=len)
-    return len(first_row) if not any(long[len(short) :]) else len(header)
+def content_of(source: Source) -> bytes:
+    """The text of the source in an encoding with single bytes for separators and digits."""
+    content = source.read()
+    encoding = encoding_of(content[:65536])
+    if encoding.startswith("utf-16"):
+        return content.decode(encoding, errors="replace").removeprefix("\ufeff").encode()
+    return content.removeprefix(b"\xef\xbb\xbf")
 
 
 def read_columns(
-    path: Path,
-    separator: str,
-    skip_lines: int,
-    width: int,
+    source: Source,
+    layout: Layout,
     columns: Mapping[int, str],
-    plain: frozenset[int] = frozenset(),
-) -> tuple[dict[int, Any], list[str]]:
-    """Numbers of the columns (index -> name for messages) of a text table below its header.
+    *,
+    text: Collection[int] = (),
+    whole: Collection[int] = (),
+) -> tuple[dict[int, NDArray[Any]], list[str]]:
+    """Columns (index -> name for messages) of a text table below its header.
 
-    Columns in `plain` keep the type that pyarrow finds; all others must be numbers. A last row that is cut
-    off is left out.
+    Parameters
+    ----------
+    source, layout : what is read, and how it is laid out.
+    columns : those that are wanted.
+    text : of these, those that are kept as text.
+    whole : of these, those that hold integers, which a float64 has no room for (nanoseconds since 1970).
 
     Returns
     -------
-    The arrays by column index (NaN: missing), and what was repaired.
+    arrays : by column index: float64 (NaN: missing), text as an array of bytes, integers as int64, or as float64 where
+        one is missing.
+    repairs : what was left out.
 
     Raises
     ------
     ValueError
-        No rows, a row of another width than the header's, or a cell that is no number.
+        No rows, too many rows of another width than the first, or a cell that is no number.
     """
-    pa, pa_csv = require("pyarrow"), require("pyarrow.csv")
-    if max(columns) >= width:
-        raise ValueError(f"line {skip_lines + 1}: expected at least {max(columns) + 1} cells, got {width}")
-    content = path.read_bytes().rstrip(b" \r\n")
+    if max(columns) >= layout.width:
+        raise ValueError(f"line {layout.start + 1}: expected at least {max(columns) + 1} cells, got {layout.width}")
+    content, repairs = _rows_of(content_of(source), layout)
+    separator = "\t" if layout.separator == " " else layout.separator
+    reader = _Reader(content, separator, layout, columns, frozenset(text), frozenset(whole))
+    found = reader.read(repairs)
+    if not len(next(iter(found.values()))):
+        raise ValueError("has a header, but no rows")
+    return found, repairs
+
+
+def _rows_of(content: bytes, layout: Layout) -> tuple[bytes, list[str]]:
+    """The rows without what stands above them, and without a last one that is cut off."""
+    start = 0
+    line_end = re.compile(rb"\r\n|\n|\r")
+    for _ in range(layout.start):
+        end = line_end.search(content, start)
+        if end is None:
+            return b"", []
+        start = end.end()
+    content = content[start:].rstrip(b" \r\n\0")
     repairs = []
-    start = max(content.rfind(b"\n"), content.rfind(b"\r")) + 1
-    if len(cells(content[start:].decode("latin-1"), separator)) < width:
-        content = content[:start]
+    begin = max(content.rfind(b"\n"), content.rfind(b"\r")) + 1
+    if begin and len(cells(content[begin:].decode("latin-1"), layout.separator)) < layout.width:
+        content = content[:begin]
         repairs.append("last row is cut off: left out")
-    names = [str(index) for index in range(width)]
-    missing = [*pa_csv.ConvertOptions().null_values, *MISSING]
-    try:
-        table = pa_csv.read_csv(
-            pa.BufferReader(content),
-            read_options=pa_csv.ReadOptions(use_threads=False, skip_rows=skip_lines, column_names=names),
-            parse_options=pa_csv.ParseOptions(delimiter=separator),
+    if layout.separator == " ":
+        content = re.sub(rb"(?m)^[ \t]+|[ \t]+(?=\r?$)", b"", content)
+        content = re.sub(rb"[ \t]+", b"\t", content)
+    return content, repairs
+
+
+class _Reader:
+    """One text of rows."""
+
+    def __init__(
+        self,
+        content: bytes,
+        separator: str,
+        layout: Layout,
+        columns: Mapping[int, str],
+        text: frozenset[int],
+        whole: frozenset[int],
+    ) -> None:
+        self.content, self.separator, self.layout, self.columns = content, separator, layout, columns
+        self.text, self.whole = text, whole
+        self.damaged = 0
+
+    def read(self, repairs: list[str]) -> dict[int, NDArray[Any]]:
+        pa = require("pyarrow")
+        errors = (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowKeyError)
+        try:
+            table = self._table(self.text, self.whole)
+        except errors as error:
+            if "conversion error" not in str(error):
+                raise ValueError(self._explained(error)) from error
+            return self._one_by_one(repairs, errors, error)
+        self._count(table.num_rows, repairs)
+        return {index: _numpy(table.column(k)) for k, index in enumerate(self.columns)}
+
+    def _table(
+        self, text: frozenset[int], whole: frozenset[int], *, strict: bool = False, only: int | None = None
+    ) -> Any:
+        """The wanted columns; `strict` stops at the first row of another width, and numbers the rows."""
+        pa, pa_csv = require("pyarrow"), require("pyarrow.csv")
+        names = [str(index) for index in range(self.layout.width)]
+        self.damaged = 0
+        types = {
+            names[index]: pa.binary() if index in text else pa.int64() if index in whole else pa.float64()
+            for index in self.columns
+        }
+        wanted = [names[index] for index in ([only] if only is not None else self.columns)]
+        return pa_csv.read_csv(
+            pa.BufferReader(pa.py_buffer(self.content)),
+            read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 22),
+            parse_options=pa_csv.ParseOptions(
+                delimiter=self.separator, invalid_row_handler=None if strict else self._skip, ignore_empty_lines=True
+            ),
             convert_options=pa_csv.ConvertOptions(
-                include_columns=[names[index] for index in columns],
-                column_types={names[index]: pa.float64() for index in columns if index not in plain},
-                null_values=missing,
+                include_columns=wanted,
+                column_types=types,
+                null_values=list(MISSING),
+                strings_can_be_null=False,
                 check_utf8=False,
+                decimal_point=self.layout.decimal,
             ),
         )
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowKeyError) as error:
-        raise ValueError(_explain(error, columns)) from error
-    if not table.num_rows:
-        raise ValueError("has a header, but no rows")
-    return {index: table[names[index]].to_numpy() for index in columns}, repairs
+
+    def _skip(self, row: Any) -> str:
+        self.damaged += 1
+        return "skip"
+
+    def _count(self, rows: int, repairs: list[str]) -> None:
+        """Damaged rows are told, or an error where they are many."""
+        if not self.damaged:
+            return
+        if self.damaged > DAMAGED * (rows + self.damaged):
+            pa = require("pyarrow")
+            try:
+                self._table(self.text, self.whole, strict=True)
+            except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
+                raise ValueError(self._explained(error)) from error
+        repairs.append(f"{self.damaged} rows with another number of cells than {self.layout.width}: left out")
+
+    def _one_by_one(self, repairs: list[str], errors: Any, first: Exception) -> dict[int, NDArray[Any]]:
+        """Each column for itself: integers that are none as floats, and cells that are no numbers as missing ones."""
+        found = {}
+        for index in self.columns:
+            for whole in (self.whole, frozenset[int]()):
+                try:
+                    table = self._table(self.text, whole, only=index)
+                    found[index] = _numpy(table.column(0))
+                    break
+                except errors as error:
+                    if "conversion error" not in str(error):
+                        raise ValueError(self._explained(error)) from error
+            else:
+                found[index] = self._tolerant(index, repairs, errors, first)
+        self._count(len(next(iter(found.values()))), repairs)
+        return found
+
+    def _tolerant(self, index: int, repairs: list[str], errors: Any, first: Exception) -> FloatArray:
+        """The numbers of a column in which some cells are none."""
+        cells_of = _numpy(self._table(frozenset({index}), frozenset(), only=index).column(0))
+        numbers = np.full(len(cells_of), np.nan)
+        bad = []
+        missing = {one.encode() for one in MISSING}
+        for k, cell in enumerate(cells_of):
+            one = bytes(cell).strip().replace(b",", b".") if self.layout.decimal == "," else bytes(cell).strip()
+            try:
+                numbers[k] = float(one)
+            except ValueError:
+                if one not in missing:
+                    bad.append(k)
+                    if len(bad) > DAMAGED * len(cells_of):
+                        break
+        if len(bad) > DAMAGED * len(cells_of):
+            try:
+                self._table(self.text, frozenset(), strict=True)
+            except errors as error:
+                raise ValueError(self._explained(error)) from error
+            raise ValueError(self._explained(first))
+        name = self.columns[index]
+        repairs.append(
+            f"column {name!r}: {len(bad)} cells that are no numbers turned into NaN, first in row {bad[0] + 1}"
+        )
+        return numbers
+
+    def _explained(self, error: Exception) -> str:
+        """pyarrow's message with the name of the column in place of its number, and the number of the line."""
+        text = one_line(error)
+        ragged = re.search(r"Expected (\d+) columns, got (\d+)", text)
+        if ragged:
+            row = re.search(r"Row #(\d+)", text)
+            if row is None:
+                pa = require("pyarrow")
+                try:
+                    self._table(self.text, self.whole, strict=True)
+                except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as numbered:
+                    row = re.search(r"Row #(\d+)", str(numbered))
+            line = f"line {int(row[1]) + self.layout.start}: " if row else ""
+            return f"{line}expected {ragged[1]} cells, got {ragged[2]}"
+        if "Empty CSV" in text:
+            return "has a header, but no rows"
+        for index, name in self.columns.items():
+            text = text.replace(f"In CSV column #{index}:", f"column {name!r}:")
+        row = re.search(r"Row #(\d+)", text)
+        if row:
+            text = text.replace(row[0], f"line {int(row[1]) + self.layout.start}")
+        return f"is not a table of numbers: {text}"
 
 
-def _explain(error: Exception, columns: Mapping[int, str]) -> str:
-    """pyarrow's message with the name of the column in place of its number."""
-    text = one_line(error)
-    ragged = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", text)
-    if ragged:
-        return "line {}: expected {} cells, got {}".format(*ragged.groups())
-    if "skip initial" in text or "Empty CSV" in text:
-        return "has a header, but no rows"
-    for index, name in columns.items():
-        text = text.replace(f"In CSV column #{index}:", f"column {name!r}:")
-    return f"is not a table of numbers: {text}"
+def _numpy(column: Any) -> NDArray[Any]:
+    """A column of pyarrow as an array, without pandas (which pyarrow's own way imports).
+
+    Numbers come from the buffers; missing integers make the column float64.
+    """
+    chunks = column.chunks
+    kind = str(column.type)
+    if kind == "binary":
+        return np.array([b"" if cell is None else cell for chunk in chunks for cell in chunk.to_pylist()], dtype=object)
+    dtype = np.dtype(np.int64 if kind == "int64" else np.float64)
+    parts = []
+    for chunk in chunks:
+        validity, values = chunk.buffers()
+        numbers = (
+            np.frombuffer(values, dtype=dtype, count=len(chunk) + chunk.offset)[chunk.offset :]
+            if len(chunk)
+            else np.zeros(0, dtype)
+        )
+        if chunk.null_count:
+            bits = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")
+            valid = bits[chunk.offset : chunk.offset + len(chunk)].view(np.bool_)
+            numbers = np.where(valid, numbers, np.nan)
+        parts.append(numbers)
+    return np.concatenate(parts) if parts else np.zeros(0, dtype)

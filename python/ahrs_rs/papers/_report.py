@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ahrs_rs import _atomic
 from ahrs_rs.papers._study import Plot, Study, Table
 from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number, numeric
 
@@ -80,7 +81,6 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
         plotly is not installed.
     """
     library = require_plotly().get_plotlyjs()
-    directory.mkdir(parents=True, exist_ok=True)
     figures = [plot for study in studies for plot in study.plots]
     page = PAGE.format(
         library=library,
@@ -88,14 +88,12 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
         # "</" would end the script element.
         figures=json.dumps([_figure(plot) for plot in figures]).replace("</", "<\\/"),
     )
-    report = directory / "report.html"
-    report.write_text(page, encoding="utf-8")
-    written = [report]
-    for name, table in _files(studies).items():
-        path = directory / name
-        path.write_text(comma_separated(table), encoding="utf-8")
-        written.append(path)
-    return written
+    texts = {"report.html": page} | {name: comma_separated(table) for name, table in _files(studies).items()}
+    with _atomic.Together() as files:
+        files.folder(directory)
+        for name, text in texts.items():
+            files.write_text(directory / name, text)
+    return [directory / name for name in texts]
 
 
 def environment(seed: int, recordings: Sequence[str]) -> dict[str, str]:

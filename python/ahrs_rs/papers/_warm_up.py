@@ -36,12 +36,12 @@ class WarmUp:
     def of(cls, seed: int) -> WarmUp:
         """Simulated with the paper's sensor."""
         recording = ar.simulate.scenario("warm_up", rate=WARM_RATE, seed=seed)
-        assert recording.temperature is not None
-        model = ar.calibration.warm_up_gyroscope((recording.gyr, recording.temperature))
-        calibrated = model.apply(recording.gyr, recording.temperature)
+        gyr, temperatures = recording.require("gyr"), recording.require("temperature")
+        model = ar.calibration.warm_up_gyroscope((gyr, temperatures))
+        calibrated = model.apply(gyr, temperatures)
         temperature, before, after = (
             array[: len(array) // MINUTE * MINUTE].reshape(-1, MINUTE, columns).mean(axis=1)
-            for array, columns in ((recording.temperature, 1), (recording.gyr, 3), (calibrated, 3))
+            for array, columns in ((temperatures, 1), (gyr, 3), (calibrated, 3))
         )
         return cls(temperature[:, 0], np.degrees(before), np.degrees(after), model)
 

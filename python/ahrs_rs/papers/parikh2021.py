@@ -147,12 +147,10 @@ def rotors(seed: int) -> ar.Recording:
     """Rest, and then the rotors; the first sample of a vibrating accelerometer would be no start."""
     rest = ar.simulate.scenario("vibration", rate=RATE, seed=seed, duration=REST, acc=0.0, gyr=0.0)
     loud = ar.simulate.scenario("vibration", rate=RATE, seed=seed)
-    assert rest.acc is not None
-    assert loud.acc is not None
     return ar.Recording(
         t=np.concatenate((rest.t, REST + loud.t)),
-        gyr=np.concatenate((rest.gyr, loud.gyr)),
-        acc=np.concatenate((rest.acc, loud.acc)),
+        gyr=np.concatenate((rest.require("gyr"), loud.require("gyr"))),
+        acc=np.concatenate((rest.require("acc"), loud.require("acc"))),
         ref=np.concatenate((_common.truth(rest), _common.truth(loud))),
         mask=np.arange(len(rest) + len(loud)) >= len(rest),
         rate=RATE,
@@ -170,10 +168,9 @@ def real_cases(recordings: Sequence[ar.Recording]) -> Cases:
 
 def low_passed(recording: ar.Recording) -> ar.Recording:
     """As section III.B."""
-    assert recording.acc is not None
     gyr, acc = (
-        np.asarray(ar.signal.low_pass(x, CUTOFF, recording.rate, order=4), dtype=np.float64)
-        for x in (recording.gyr, recording.acc)
+        np.asarray(ar.signal.low_pass(recording.require(name), CUTOFF, recording.rate, order=4), dtype=np.float64)
+        for name in ("gyr", "acc")
     )
     return dataclasses.replace(recording, gyr=gyr, acc=acc)
 

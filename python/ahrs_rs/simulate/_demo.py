@@ -143,9 +143,7 @@ def demo(duration: float = 60.0, rate: float = 100.0, seed: int = 0, *, noise: b
     motion_stream, error_stream = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
     pace = resting(duration)
     exact = Setup(motion=hand_held(motion_stream, pace), rate=rate, duration=duration).record()
-    gyr, acc, mag = exact.gyr, exact.acc, exact.mag
-    assert acc is not None
-    assert mag is not None
+    gyr, acc, mag = (exact.require(name) for name in ("gyr", "acc", "mag"))
     meta: dict[str, object] = {"simulation": "demo", "seed": seed, "noise": noise, "ref_frame": "ENU"}
     if noise:
         errors = CONSUMER_MEMS

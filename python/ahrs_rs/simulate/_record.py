@@ -183,8 +183,11 @@ class _Run:
             mask = np.zeros(len(out["true_t"]), dtype=np.bool_)
             for start, end in setup.scored:
                 mask |= (out["true_t"] >= start) & (out["true_t"] < end)
+        rows: dict[str, Any] = {
+            name: out[name] for name in ("t", "gyr", "acc", "mag", "ref", "temperature") if name in out
+        }
         return Recording(
-            **{name: out[name] for name in ("t", "gyr", "acc", "mag", "ref", "temperature") if name in out},
+            **rows,
             rate=setup.rate,
             mask=mask,
             meta=self._meta(),

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_rs import _atomic, _json, _stored
 from ahrs_rs._filter import Filter
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.tuning._space import Value
 
 FORMAT = "ahrs_rs.tuned"
+VERSION = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,24 +70,26 @@ class Tuned:
 
     def save(self, path: str | os.PathLike[str], names: list[str] | None = None) -> None:
         """Write a JSON file that `load` reads; `names` are those of the recordings, for the reader."""
-        data: dict[str, Any] = {"format": FORMAT, "version": 1}
+        data: dict[str, Any] = {"format": FORMAT, "version": VERSION}
         data |= {key: getattr(self, key) for key in ("filter", "params", "metric", "method", "seed", "evaluated")}
         for part in ("train", "test"):
             data[part] = _written(getattr(self, part), names)
         data["history"] = self.history
-        Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+        _atomic.write_text(path, json.dumps(data, indent=1) + "\n")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Tuned:
         """What `save` wrote; ``ValueError`` for another file."""
         try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
-        except (json.JSONDecodeError, UnicodeDecodeError):
+            data = _json.read(path)
+        except ValueError:
             data = None
-        if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != 1:
+        if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != VERSION:
             raise ValueError(f"path: expected a file of tuned parameters, got {Path(path).name!r}")
-        own = {key: data[key] for key in ("filter", "params", "metric", "method", "seed", "evaluated", "history")}
-        return cls(**own, train=_read(data["train"]), test=None if data["test"] is None else _read(data["test"]))
+        try:
+            return cls(**_fields(data))
+        except ValueError as error:
+            raise ValueError(f"path: expected a file of tuned parameters, got {Path(path).name!r}: {error}") from None
 
 
 def _mean(errors: NDArray[np.float64]) -> float:
@@ -106,6 +110,35 @@ def _written(scores: Scores | None, names: list[str] | None) -> dict[str, Any] |
     }
 
 
+def _fields(data: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of `Tuned`; ``ValueError`` where one is none."""
+    kinds: dict[str, Any] = {"filter": str, "params": dict, "metric": str, "method": str, "seed": int, "evaluated": int}
+    kinds |= {"train": dict, "test": dict | None, "history": list}
+    for name, kind in kinds.items():
+        if not isinstance(data.get(name, ...), kind):
+            raise ValueError(f"{name}: {_stored.shown(data.get(name))}")
+    if data["filter"] not in FILTERS:
+        raise ValueError(f"filter: {_stored.shown(data['filter'])}")
+    try:
+        FILTERS[data["filter"]]._encoded(data["params"])
+    except TypeError as error:  # a parameter that it does not have
+        raise ValueError(str(error)) from None
+    fields = {name: data[name] for name in kinds}
+    fields["history"] = _numbers("history", data["history"]).tolist()
+    return fields | {name: None if data[name] is None else _read(data[name]) for name in ("train", "test")}
+
+
 def _read(data: Mapping[str, Any]) -> Scores:
-    errors, defaults = (np.array(data[name], dtype=np.float64) for name in ("errors", "defaults"))
-    return Scores(list(data["recordings"]), errors, defaults)
+    errors, defaults = (_numbers(name, data.get(name)) for name in ("errors", "defaults"))
+    which = data.get("recordings")
+    if not isinstance(which, list) or not all(type(one) is int for one in which):
+        raise ValueError(f"recordings: {_stored.shown(which)}")
+    if not len(which) == len(errors) == len(defaults):
+        raise ValueError(f"errors: {len(errors)} and {len(defaults)} of {len(which)} recordings")
+    return Scores(which, errors, defaults)
+
+
+def _numbers(name: str, values: object) -> NDArray[np.float64]:
+    if not isinstance(values, list) or not all(isinstance(one, float) for one in values):
+        raise ValueError(f"{name}: {_stored.shown(values)}")
+    return np.array(values, dtype=np.float64)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_rs._cells import Metric
 from ahrs_rs._filter import SETTINGS, Filter
 from ahrs_rs._progress import progress_count
-from ahrs_rs._sweep import Metric
 from ahrs_rs.recording import Recording
 from ahrs_rs.tuning._evaluate import Evaluator, TuningInterrupted
 from ahrs_rs.tuning._result import Scores, Tuned

@@ -11,7 +11,7 @@ use ndarray::ArrayView2;
 
 use crate::recording::{Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
-use crate::threads::{Job, Watch, in_threads};
+use crate::threads::{Job, Watch, contained, in_threads, threads};
 
 /// A recording in memory of its own.
 pub struct Series {
@@ -46,6 +46,9 @@ pub trait Offline: Send + Sync {
     /// The attitudes of a recording, with the outputs of these indices; none where it was told to stop.
     fn solve(&self, series: &Series, outputs: &[usize], watch: &Watch) -> Option<Solution>;
 }
+
+/// Samples that pay for a thread: some tenths of a millisecond and more.
+const SAMPLES: usize = 1024;
 
 type Make = fn(&[f64], Settings) -> Result<Box<dyn Offline>, ParamError>;
 
@@ -85,13 +88,17 @@ pub fn offline_entry(name: &str) -> Option<&'static OfflineEntry> {
 }
 
 /// Runs all jobs, one on each thread at a time, until they are done or until it is told to stop.
-pub fn run_all<T: Number>(jobs: &mut [Job<'_, T, dyn Offline>], threads: Option<usize>, watch: &Watch) {
+pub fn run_all<T: Number>(jobs: &mut [Job<'_, T, dyn Offline>], asked: Option<usize>, watch: &Watch) {
     let mut jobs: Vec<_> = jobs.iter_mut().collect();
     // The longest first, so that all threads end at about the same time.
     jobs.sort_by_key(|job| std::cmp::Reverse(job.recording.gyr.nrows()));
-    in_threads(threads, &mut jobs, |job| {
+    let samples: usize = jobs.iter().map(|job| job.recording.gyr.nrows()).sum();
+    in_threads(threads(asked, jobs.len(), samples / SAMPLES), &mut jobs, |job| {
         if watch.go_on() {
-            job.infinite = !run(job.stream.as_ref(), &job.recording, &mut job.outputs, watch);
+            match contained(|| run(job.stream.as_ref(), &job.recording, &mut job.outputs, watch)) {
+                Ok(finite) => job.infinite = !finite,
+                Err(text) => job.panicked = Some(text),
+            }
             watch.done(1);
         }
     });

@@ -107,12 +107,13 @@ pub fn run<T: Number>(
                     extra: Vec::new(),
                 },
                 infinite: false,
+                panicked: None,
             }
         })
         .collect();
     let watch = Watch::default();
     run_all(&mut jobs, &Plan { entry, values, settings, isa, threads }, &watch);
-    assert!(jobs.iter().all(|job| !job.infinite));
+    assert!(jobs.iter().all(|job| !job.infinite && job.panicked.is_none()));
     assert_eq!(watch.count(), data.len());
     let states: Vec<Vec<f64>> = jobs.iter_mut().map(|job| job.stream.save()).collect();
     drop(jobs);

@@ -10,4 +10,5 @@ mod lanes;
 mod random;
 mod selfcal;
 mod sweep;
+mod threads;
 mod transpose;

@@ -191,7 +191,7 @@ fn the_smoother_is_the_dense_solution_of_all_measurements_at_once() {
     for (node, block) in blocks.iter().enumerate() {
         filter.go_on(node, block).unwrap();
     }
-    let smoothed = smooth(&blocks, &nominal, &prior, &params, true).unwrap();
+    let smoothed = smooth(&blocks, &nominal, &prior, &params, true, &Watch::default()).unwrap();
 
     // All nodes as one Gaussian vector: mean and covariance without the measurements, from x := F x + noise + moved.
     let nodes = blocks.len() + 1;
@@ -297,7 +297,7 @@ fn a_turn_of_the_earth_frame_about_the_vertical_turns_the_result() {
         let (mut samples, ends, nominal, prior, params) = some_blocks(4.0, turn);
         samples.mag = vec![None; samples.rates.len()];
         let blocks = samples.sums(&ends, &nominal, &mut State::new(&params));
-        smooth(&blocks, &nominal, &prior, &params, false).unwrap().trajectory
+        smooth(&blocks, &nominal, &prior, &params, false, &Watch::default()).unwrap().trajectory
     });
     let [plain, turned] = &results;
     let turn = exp_half(Vec3::of([0.0, 0.0, 0.5]));

@@ -11,6 +11,7 @@ use ahrs_rs::filters::selfcal::state::{
 use super::blocks::{Samples, Summed, Trajectory, rotation_vector, weigh};
 use super::smoother::{ASKED, smooth};
 use super::{Causal, median};
+use crate::threads::Watch;
 
 /// Gravity is that of the parameter as long as the specific force at rest is no further from it than this, in m/s²: beyond
 /// that the accelerometer's scale is another one.
@@ -65,12 +66,17 @@ impl Found {
     }
 
     /// Smooths once more, with the covariances or without; gives the largest correction of an attitude in rad. Where the
-    /// numbers leave their range, all stays as it is.
-    pub fn smooth(&mut self, state: &mut State<f64>, params: &CausalParams<f64>, covariances: bool) -> f64 {
+    /// numbers leave their range, or where it is told to stop, all stays as it is.
+    pub fn smooth(
+        &mut self,
+        state: &mut State<f64>,
+        params: &CausalParams<f64>,
+        covariances: bool,
+        watch: &Watch,
+    ) -> f64 {
         weigh(&mut self.blocks, &self.trajectory, state, (params.mag_tolerance, params.mag_tail));
-        let Some(smoothed) = smooth(&self.blocks, &self.trajectory, &self.prior, params, covariances) else {
-            return 0.0;
-        };
+        let smoothed = smooth(&self.blocks, &self.trajectory, &self.prior, params, covariances, watch);
+        let Some(smoothed) = smoothed else { return 0.0 };
         let turns = self.trajectory.quat.iter().zip(&smoothed.trajectory.quat);
         let largest2 = turns.map(|(&old, &new)| rotation_vector(new * old.conj()).norm2()).fold(0.0, f64::max);
         self.trajectory = smoothed.trajectory;

@@ -218,7 +218,8 @@ impl Offline for SelfCalSmoother {
         let acc = usable(series.acc.as_deref(), count);
         let inclined = acc.iter().any(Option::is_some);
         // The heading of a field is that in the horizontal plane, which has to be known.
-        let mag = if inclined { usable(series.mag.as_deref(), count) } else { vec![None; count] };
+        let fields = usable(series.mag.as_deref(), count);
+        let mag = if inclined { fields.clone() } else { vec![None; count] };
         let headed = mag.iter().any(Option::is_some);
         let norm = median(mag.iter().flatten().map(|field| field.norm2().sqrt()).collect());
         let mag = mag.into_iter().map(|field| Some(field? * (1.0 / norm))).collect();
@@ -242,22 +243,27 @@ impl Offline for SelfCalSmoother {
             if pass > 1 {
                 found.blocks = samples.sums(&ends, &found.trajectory, &mut state);
             }
-            let correction = found.smooth(&mut state, &self.causal, pass >= PASSES);
+            let correction = found.smooth(&mut state, &self.causal, pass >= PASSES, watch);
             if pass >= PASSES && correction < CONVERGED {
                 break;
             }
         }
 
+        if !watch.go_on() {
+            return None;
+        }
         let quats = samples.attitudes(&ends, &found.trajectory, &mut state, self.params.latency);
         let rejected = |block: &Summed| block.sums.fields > 0.0 && block.weight < REJECTING_WEIGHT;
         let mut status = Vec::with_capacity(count);
         let mut gyr_bias = Vec::with_capacity(count);
-        let mut each = causal.missing.iter().zip(&samples.rest).zip(&samples.mag);
+        let mut each = causal.missing.iter().zip(&samples.rest).zip(samples.mag.iter().zip(&fields));
         let mut start = 0;
         for ((block, mean), &end) in found.blocks.iter().zip(found.trajectory.mean.iter().skip(1)).zip(&ends) {
-            for ((missing, &rest), mag) in each.by_ref().take(end - start) {
+            for ((missing, &rest), (mag, field)) in each.by_ref().take(end - start) {
                 let flags = Flags {
                     rest,
+                    // Of what was measured, not of what can be used.
+                    mag_missing: series.mag.is_some() && field.is_none(),
                     mag_rejected: mag.is_some() && rejected(block),
                     not_aligned: !inclined,
                     ..Flags::none()
@@ -286,13 +292,14 @@ impl SelfCalSmoother {
         let count = series.gyr.len();
         let (mut quat, mut missing) = (Vec::with_capacity(count), Vec::with_capacity(count));
         samples.rates.reserve_exact(count);
+        let inclined = samples.acc.iter().any(Option::is_some);
         let rows = series.gyr.iter().zip(&series.dt).zip(samples.acc.iter().zip(&samples.mag));
         for (index, ((&gyr, &dt), (acc, mag))) in rows.enumerate() {
             if index % TILE == 0 && !watch.go_on() {
                 return None;
             }
             let acc = series.acc.as_ref().map(|_| acc.unwrap_or(none));
-            let mag = series.mag.as_ref().map(|_| mag.unwrap_or(none));
+            let mag = series.mag.as_ref().filter(|_| inclined).map(|_| mag.unwrap_or(none));
             let output = estimator.step(gyr, acc, mag, dt);
             quat.push(output.quat);
             missing.push(output.flags.bits(0) & status::ANY_MISSING);

@@ -18,6 +18,8 @@ use ahrs_rs::filters::selfcal::state::{
 };
 use ahrs_rs::so3::exp_half;
 
+use crate::threads::Watch;
+
 use super::blocks::{Summed, Trajectory, rotation_vector};
 
 /// How far in rad/s the rate may be beyond the gyroscope's range.
@@ -76,17 +78,25 @@ pub struct Smoothed {
     pub covariances: Vec<Square<f64, ASKED>>,
 }
 
-/// Filters and smooths the blocks about a nominal trajectory; `prior` are the states before the recording.
+/// Blocks between two looks at whether to stop: some tenths of a millisecond.
+const LOOK: usize = 64;
+
+/// Filters and smooths the blocks about a nominal trajectory; `prior` are the states before the recording. None where the
+/// numbers leave their range, and where it is told to stop.
 pub fn smooth(
     blocks: &[Summed],
     nominal: &Trajectory,
     prior: &Column<f64, N>,
     params: &Params<f64>,
     covariances: bool,
+    watch: &Watch,
 ) -> Option<Smoothed> {
     let mut filter = Filter::new(nominal, prior, params, blocks.len(), covariances)?;
     let start = filter.x;
     for (node, block) in blocks.iter().enumerate() {
+        if node % LOOK == 0 && !watch.go_on() {
+            return None;
+        }
         filter.go_on(node, block)?;
     }
     let Filter { state, steps, mut taken, known, .. } = filter;
@@ -98,6 +108,9 @@ pub fn smooth(
     let mut smoothed = Vec::with_capacity(known.as_ref().map_or(0, Vec::len));
     let mut known = known.into_iter().flatten().rev();
     for (index, step) in steps.iter().enumerate().rev() {
+        if index % LOOK == 0 && !watch.go_on() {
+            return None;
+        }
         if let Some(known) = known.next() {
             smoothed.push(smoothed_covariance(&known, &n));
         }

@@ -6,18 +6,19 @@ lines or not, LF or CRLF, three-digit exponents. Groups are found by their names
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _text
-from ._common import Raw
+from ._contents import Options, SensorData
+from ._preamble import Layout, cells, head_lines, table_width
+from ._source import Source
+from ._text import read_columns
 
 SEPARATOR = ";"
 
-#: Field of `Raw` -> name of the group in the first header line, labels of its columns in the second.
+#: Stream -> name of the group in the first header line, labels of its columns in the second.
 GROUPS = {
     "t": ("time", ("",)),
     "ref": ("vicon orientation", ("w", "x", "y", "z")),
@@ -31,23 +32,24 @@ GROUPS = {
 HELD_ROWS = 20
 
 
-def sniff(head: bytes) -> bool:
-    """Whether the first line of a file names the groups of RepoIMU."""
+def sniff(source: Source) -> bool:
+    """Whether the first line names the groups of RepoIMU."""
+    head = source.head
     first = head.splitlines()[0].lower() if head else b""
     return b"vicon orientation;" in first and b"imu gyroscope;" in first
 
 
-def load(path: Path) -> Raw:
+def load(source: Source, options: Options) -> dict[str, SensorData]:
     """Read a RepoIMU recording; where the truth is held in some rows, `mask` leaves them out."""
-    lines = _text.head_lines(path)
+    lines = head_lines(source)
     if len(lines) < 3 or not lines[2]:
         raise ValueError("has a header, but no rows")
-    header, labels, first_row = (_text.cells(line, SEPARATOR) for line in lines[:3])
+    header, labels, first_row = (cells(line, SEPARATOR) for line in lines[:3])
     labels += [""] * (len(header) - len(labels))
     indices = {field: _group(header, labels, *group) for field, group in GROUPS.items()}
     names = {i: f"{header[group[0]]} {labels[i]}".strip() for group in indices.values() for i in group}
-    width = _text.table_width(labels, first_row)
-    columns, repairs = _text.read_columns(path, SEPARATOR, 2, width, names)
+    width = table_width(labels, first_row)
+    columns, repairs = read_columns(source, Layout(SEPARATOR, ".", start=2, width=width), names)
     arrays: dict[str, Any] = {
         field: np.column_stack([columns[i] for i in group]) if len(group) > 1 else columns[group[0]]
         for field, group in indices.items()
@@ -58,7 +60,8 @@ def load(path: Path) -> Raw:
         repairs.append(f"mask: {int(held.sum())} rows with a held truth do not count")
     units = {"t": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "normalised"}
     meta = {"units": units, "ref_frame": "Vicon, not aligned with sensor and north", "repairs": repairs}
-    return Raw(**arrays, meta=meta)
+    t = arrays.pop("t")
+    return {"imu": SensorData({name: (t, values) for name, values in arrays.items()}, meta=meta)}
 
 
 def _group(header: list[str], labels: list[str], group: str, expected: tuple[str, ...]) -> list[int]:

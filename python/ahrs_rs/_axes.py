@@ -1,0 +1,57 @@
+"""Axes of a sensor under other names: "x,-y,-z"."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ahrs_rs import _quat
+
+FloatArray = NDArray[np.float64]
+
+#: Streams of vectors in the sensor frame, alone or at the start of a name (acc_high_range).
+SENSOR_VECTORS = ("gyr", "acc", "mag", "linear_acceleration", "gravity")
+#: Streams of orientations from the sensor to an earth frame.
+ORIENTATIONS = ("ref", "device_quat")
+
+
+def axes_matrix(axes: str) -> FloatArray:
+    """The rotation matrix of "x,-y,-z" and the like: each entry says which of the old axes the new x, y, z is.
+
+    Raises
+    ------
+    ValueError
+        Not three axes with their signs, an axis that comes twice, or a mirror image.
+    """
+    parts = [part.strip().lower() for part in axes.split(",")] if isinstance(axes, str) else []
+    if len(parts) != 3 or not all(re.fullmatch(r"[+-]?[xyz]", part) for part in parts):
+        raise ValueError(f"axes: expected three of x, y, z with their signs, like 'x,-y,-z', got {axes!r}")
+    matrix = np.zeros((3, 3))
+    for row, part in enumerate(parts):
+        matrix[row, "xyz".index(part[-1])] = -1.0 if part.startswith("-") else 1.0
+    determinant = round(float(np.linalg.det(matrix)))
+    if determinant == 0:
+        raise ValueError(f"axes: expected each of x, y, z once, got {axes!r}")
+    if determinant < 0:
+        raise ValueError(f"axes: expected a rotation, got the mirror image {axes!r}: change one sign, or swap two axes")
+    return matrix
+
+
+def is_sensor_vector(name: str) -> bool:
+    """Whether a stream of this name holds vectors in the sensor frame."""
+    return any(name == one or name.startswith(f"{one}_") for one in SENSOR_VECTORS)
+
+
+def quaternion_of(matrix: FloatArray) -> FloatArray:
+    """The unit quaternion of a rotation matrix of zeros and ones with signs."""
+    angle = float(np.arccos(np.clip(0.5 * (np.trace(matrix) - 1.0), -1.0, 1.0)))
+    skew = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
+    if np.linalg.norm(skew) > 0.0:
+        return _quat.exp(angle * skew / np.linalg.norm(skew))
+    if angle == 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    axis = 0.5 * (matrix + np.eye(3))  # half a turn: n nᵀ
+    column = axis[:, int(np.argmax(np.diag(axis)))]
+    return np.concatenate([[0.0], column / np.linalg.norm(column)])
