@@ -8,8 +8,8 @@ from typing_extensions import disjoint_base
 from ahrs_rs.state import Snapshot
 
 __all__ = [
-    "NativeFilter",
     "INSTRUCTIONS",
+    "NativeFilter",
     "all_float32",
     "calibrate",
     "calibrate_at",
@@ -30,6 +30,7 @@ def repeated_rules() -> list[str]: ...
 def status_bits() -> list[tuple[str, int]]: ...
 
 INSTRUCTIONS: str
+
 def all_float32(gyr: ArrayLike, acc: ArrayLike | None = None, mag: ArrayLike | None = None) -> bool: ...
 def calibrate(x: ArrayLike, matrix: list[list[float]], offset: list[float]) -> NDArray[np.floating[Any]]: ...
 def calibrate_at(
