@@ -44,6 +44,8 @@ def environment() -> dict[str, str]:
     linker = script("cc", "aarch64-linux-gnu-gcc", f"--sysroot={TREE}")
     emulator = script("run", "qemu-aarch64", "-L", TREE / "usr" / "aarch64-linux-gnu", "-U", "LD_LIBRARY_PATH")
     env = {"CARGO_TARGET_DIR": str(BUILD), f"{name}_LINKER": str(linker), f"{name}_RUNNER": str(emulator)}
+    # An emulator is ten times as slow, and better code pays for its compilation.
+    env["CARGO_PROFILE_TEST_OPT_LEVEL"] = "2"
     # Of a crate that measurements need.
     env |= {f"CC_{target}": str(linker), f"AR_{target}": str(script("ar", "aarch64-linux-gnu-ar"))}
     return env | rust(name)
@@ -63,9 +65,10 @@ def rust(name: str) -> dict[str, str]:
     return {"RUSTC": str(script("rustc", "rustc")), f"{name}_RUSTFLAGS": f"--sysroot={TREE / 'usr'}"}
 
 
-def cargo(words: Sequence[str], env: Mapping[str, str]) -> int:
-    """Runs cargo in the open."""
-    return subprocess.run(["cargo", *words], cwd=ROOT, env={**os.environ, **env}, check=False).returncode
+def cargo(words: Sequence[str], env: Mapping[str, str], *, quiet: bool = False) -> int:
+    """Runs cargo in the open, or without a word."""
+    out = subprocess.DEVNULL if quiet else None
+    return subprocess.run(["cargo", *words], cwd=ROOT, env={**os.environ, **env}, stdout=out, stderr=out).returncode
 
 
 def main() -> int:
@@ -78,7 +81,10 @@ def main() -> int:
         print(f"aarch64: {error}", file=sys.stderr)
         return 1
     packages = [word for crate in CRATES for word in ("--package", crate)]
-    return cargo(["test", "--quiet", "--target", TARGET, *packages, "--lib", "--tests"], env)
+    options = ["--target", TARGET, *packages, "--lib", "--tests"]
+    if cargo(["nextest", "--version"], env, quiet=True) == 0:
+        return cargo(["nextest", "run", "--cargo-quiet", "--status-level", "slow", *options], env)
+    return cargo(["test", "--quiet", *options], env)
 
 
 if __name__ == "__main__":
