@@ -96,6 +96,8 @@ pub struct Sample<S: Scalar> {
     pub lost: S::Mask,
     /// Where the attitude has not been found again since a loss: its error says nothing of the gyroscope.
     pub recovering: S::Mask,
+    /// True where no measurement of any lane stands for more than the step.
+    pub prompt: bool,
 }
 
 /// How much the measurements of a sample count beside each other, and the time that they stand for.
@@ -107,6 +109,8 @@ pub struct Weights<S> {
     pub mag: S,
     /// In s, that of the longest; the step where they are as fast as the gyroscope.
     pub time: S,
+    /// True where both weights are one in all lanes.
+    pub equal: bool,
 }
 
 impl<S: Scalar> Sample<S> {
@@ -120,20 +124,20 @@ impl<S: Scalar> Sample<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn weights(&self, dt: S) -> Weights<S> {
         let one = S::one();
-        let late = self.late(dt);
-        if !late.any() {
-            return Weights { acc: one, mag: one, time: dt };
+        if self.prompt {
+            return Weights { acc: one, mag: one, time: dt, equal: true };
         }
+        let late = self.late(dt);
         let time_of = |measured: &Measured<S>| S::select(measured.valid, measured.interval, dt);
         let (acc, mag) = (time_of(&self.acc), time_of(&self.mag));
         let time = acc.max(mag);
         let weight = |interval: S| S::select(late, interval / time, one);
-        Weights { acc: weight(acc), mag: weight(mag), time: S::select(late, time, dt) }
+        Weights { acc: weight(acc), mag: weight(mag), time: S::select(late, time, dt), equal: false }
     }
 }
 
 impl<S: Scalar> Measured<S> {
-    /// How many steps of the gyroscope the measurement stands for.
+    /// How many steps of the gyroscope the measurement stands for, in the sample of which it is.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn steps(&self, dt: S) -> S {
         let late = self.valid & dt.lt(self.interval) & S::zero().lt(dt);

@@ -17,23 +17,24 @@ pub struct Interval<S> {
     waited: S,
     /// The usual interval: zero for a sensor that is as fast as the gyroscope; negative before it is known.
     usual: S,
+    /// True where every lane has been as fast as the gyroscope in the last two samples: nothing has to be counted then.
+    prompt: bool,
 }
 
 impl<S: Scalar> Interval<S> {
     /// Before the first measurement.
     pub fn new() -> Self {
-        Interval { waited: -S::one(), usual: -S::one() }
+        Interval { waited: -S::one(), usual: -S::one(), prompt: false }
     }
 
     /// Goes on by the step `dt` to a measurement where the mask is true; `longest` is the longest usual step. Gives the time that
     /// the measurement stands for: that since the last one; for the first one the step, after an outage a usual interval.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn step(&mut self, lanes: S::Mask, dt: S, longest: S) -> S {
-        let zero = S::zero();
-        if lanes.all() && !self.has_waited().any() {
-            self.usual = self.usual.max(zero);
+        if self.prompt && lanes.all() {
             return dt;
         }
+        let zero = S::zero();
         let known = zero.le(self.waited);
         let prompt = lanes & !self.has_waited();
         let interval = (self.waited.max(zero) + dt).min(S::of(LONGEST_STEP));
@@ -47,6 +48,7 @@ impl<S: Scalar> Interval<S> {
         let now = S::select(lanes & known, late, self.usual);
         self.usual = S::select(prompt, self.usual.max(zero), now);
         self.waited = S::select(lanes, zero, S::select(known, interval, self.waited));
+        self.prompt = !self.has_waited().any() && zero.le(self.usual).all();
         shown.min(S::of(LONGEST).max(dt))
     }
 
@@ -56,9 +58,16 @@ impl<S: Scalar> Interval<S> {
         S::zero().lt(self.waited.abs())
     }
 
+    /// True where the next measurement, if no lane misses it, stands for the step in every lane.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn is_prompt(&self) -> bool {
+        self.prompt
+    }
+
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         visit(&mut self.waited);
         visit(&mut self.usual);
+        self.prompt = false;
     }
 }

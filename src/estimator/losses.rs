@@ -33,6 +33,8 @@ pub struct Losses<S> {
     /// How long the loss goes on, in s, and the variance in rad² that it has left so far.
     time: S,
     variance: S,
+    /// True where no loss goes on in any lane.
+    idle: bool,
 }
 
 /// What a step loses.
@@ -52,7 +54,7 @@ impl<S: Scalar> Losses<S> {
     /// Before the first step.
     pub fn new() -> Self {
         let o = S::zero();
-        Losses { longest: o, range2: o, time: o, variance: o }
+        Losses { longest: o, range2: o, time: o, variance: o, idle: true }
     }
 
     /// The longest usual step in s; zero before the first one.
@@ -64,12 +66,17 @@ impl<S: Scalar> Losses<S> {
     /// Goes on by a step whose rate of squared norm `rate2` is `known` or not. None where nothing is lost in any lane.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn see(&mut self, known: S::Mask, rate2: S, dt: S) -> Option<Loss<S>> {
-        let gap = S::zero().lt(self.longest) & (S::of(GAP) * self.longest).lt(dt);
         // In this order a NaN leaves the largest rate as it is.
         let range2 = rate2.max(self.range2);
+        let undisturbed = self.idle && known.all();
+        if undisturbed && (self.longest.le(dt) & dt.le(self.longest)).all() {
+            self.range2 = range2;
+            return None;
+        }
+        let gap = S::zero().lt(self.longest) & (S::of(GAP) * self.longest).lt(dt);
         let moves = S::zero().lt(dt);
         let longer = dt.max(self.longest * S::of(SHORTENING));
-        if known.all() && !(gap | S::zero().lt(self.time)).any() {
+        if undisturbed && !gap.any() {
             self.range2 = range2;
             self.longest = S::select(moves, longer, self.longest);
             return None;
@@ -91,6 +98,7 @@ impl<S: Scalar> Losses<S> {
         let total = S::select(lost, sigma2 * (angle * angle), zero);
         let added = S::select(lost, (total - self.variance).max(zero), zero);
         self.variance = total;
+        self.idle = !zero.lt(self.time).any();
         Some(Loss { gap, lost, added, total })
     }
 
@@ -99,6 +107,7 @@ impl<S: Scalar> Losses<S> {
         for variable in [&mut self.longest, &mut self.range2, &mut self.time, &mut self.variance] {
             visit(variable);
         }
+        self.idle = false;
     }
 }
 

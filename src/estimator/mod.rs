@@ -102,8 +102,11 @@ pub struct Estimator<S: Scalar, F> {
     last_mag: Last<S>,
     /// The largest rate of the gyroscope's axes; zero where it is not known.
     gyr_range: S,
+    has_range: bool,
     losses: Losses<S>,
     recovery: Recovery<S>,
+    /// True where a recovery goes on in any lane.
+    recovers: bool,
     monitor: Monitor<S>,
 }
 
@@ -138,12 +141,14 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             repeated: settings.repeated,
             last_acc: Last::new(),
             last_mag: Last::new(),
-            gyr_range: S::of(settings.gyr_range),
+            gyr_range: S::zero(),
+            has_range: false,
             losses: Losses::new(),
             recovery: Recovery::new(),
+            recovers: false,
             monitor: Monitor::new(),
         };
-        new.with_declination(S::of(settings.declination))
+        new.with_declination(S::of(settings.declination)).with_gyr_range(S::of(settings.gyr_range))
     }
 
     /// The same with a declination in rad, positive east: of a new estimator. That of the settings is in `f64`, which a
@@ -165,6 +170,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     #[must_use]
     pub fn with_gyr_range(mut self, gyr_range: S) -> Self {
         self.gyr_range = gyr_range;
+        self.has_range = S::zero().lt(gyr_range).any();
         self
     }
 
@@ -203,9 +209,17 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         flags.acc_missing = self.acc_seen & !acc.valid;
         flags.mag_missing = self.mag_seen & !mag.valid;
         let gyr = self.angular_rate(reading, dt, &mut flags);
+        // A sensor that was never given has no intervals.
         let longest = self.losses.longest();
-        acc.interval = self.acc_interval.step(acc.valid, dt, longest);
-        mag.interval = self.mag_interval.step(mag.valid, dt, longest);
+        let mut prompt = true;
+        if self.acc_seen.any() {
+            prompt = self.acc_interval.is_prompt();
+            acc.interval = self.acc_interval.step(acc.valid, dt, longest);
+        }
+        if self.mag_seen.any() {
+            prompt &= self.mag_interval.is_prompt();
+            mag.interval = self.mag_interval.step(mag.valid, dt, longest);
+        }
 
         self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
         if self.frame == Frame::Ned {
@@ -214,26 +228,37 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         // What aligns is no measurement for the filter, unless it starts by itself.
         let (use_acc, use_mag) =
             if F::STARTS_ITSELF { (acc.valid, self.inclined | acc.valid) } else { (self.inclined, self.headed) };
-        let known = !flags.gyr_held & within_range(gyr, self.gyr_range);
+        let mut known = !flags.gyr_held;
+        if self.has_range {
+            known = known & within_range(gyr, self.gyr_range);
+        }
         let loss = self.losses.see(known, reading.gyr_norm2, dt);
         let mut lost = S::Mask::splat(false);
         if let Some(loss) = &loss {
             (flags.gap, lost) = (loss.gap, loss.lost);
             self.filter.lose_rotation(lost, loss.added);
-            self.recovery.lose(lost & self.inclined, loss.total);
+            self.recovery = self.recovery.lose(lost & self.inclined, loss.total);
+            self.recovers = self.recovery.active().any();
         }
-        let recovering = self.recovery.active();
-        let sample = Sample {
+        let recovering = if self.recovers { self.recovery.active() } else { S::Mask::splat(false) };
+        let mut sample = Sample {
             gyr,
             acc: Measured { valid: acc.valid & use_acc, ..acc },
             mag: Measured { valid: mag.valid & use_mag, ..mag },
             lost,
             recovering,
+            prompt: true,
         };
+        // Where both sensors have always been as fast as the gyroscope there is nothing to compare.
+        let [acc_whole, mag_whole] =
+            [(reading.acc, acc.valid), (reading.mag, mag.valid)].map(|(given, valid)| given.is_none() || valid.all());
+        if !(prompt && acc_whole && mag_whole) {
+            sample.prompt = !sample.late(dt).any();
+        }
         self.filter.step(&sample, dt);
         self.filter.flag(&mut flags);
         self.align(&acc, &mag);
-        if self.filter.is_realigned() && recovering.any() {
+        if self.recovers && self.filter.is_realigned() {
             flags.recovering = flags.recovering | recovering;
             self.recover(!lost, &sample, dt);
         }
@@ -341,7 +366,8 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// Goes on with a recovery by a sample where the mask is true, and aligns the attitude where there have been enough.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn recover(&mut self, lanes: S::Mask, sample: &Sample<S>, dt: S) {
-        let ready = self.recovery.step(lanes, sample, sample.gyr - self.filter.gyr_bias(), dt);
+        let (recovery, ready) = self.recovery.step(lanes, *sample, sample.gyr - self.filter.gyr_bias(), dt);
+        self.recovery = recovery;
         if ready.any() {
             let q = self.filter.attitude();
             let uses_field = F::SPEC.magnetometer == Magnetometer::Feedback;
@@ -362,6 +388,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
                 self.filter.lose_rotation(set, self.recovery.variance());
             }
             self.recovery.end(ready);
+            self.recovers = self.recovery.active().any();
         }
     }
 
@@ -374,13 +401,15 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         if F::SPEC.magnetometer != Magnetometer::Feedback {
             sample.mag.valid = S::Mask::splat(false);
         }
-        let lost = self.monitor.look(due & !recovering, &sample, q, self.filter.claimed(), bias);
+        let (monitor, lost) = self.monitor.look(due & !recovering, sample, q, self.filter.claimed(), bias);
+        self.monitor = monitor;
         if (lost | recovering).any() {
-            self.monitor.restart(lost | recovering);
+            self.monitor = self.monitor.restart(lost | recovering);
         }
         if lost.any() {
             self.filter.reopen(lost, self.monitor.bias());
-            self.recovery.lose(lost, S::of(UNKNOWN_ANGLE));
+            self.recovery = self.recovery.lose(lost, S::of(UNKNOWN_ANGLE));
+            self.recovers = true;
             flags.recovering = flags.recovering | lost;
         }
     }
@@ -442,6 +471,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         }
         self.losses.each(visit);
         self.recovery.each(visit);
+        self.recovers = self.recovery.active().any();
         if F::WATCHED {
             self.monitor.each(visit);
         }

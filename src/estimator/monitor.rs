@@ -42,7 +42,7 @@ const SAME_FIELD: f64 = 0.05;
 const LARGEST: f64 = 16.0;
 
 /// What was seen in the earth frame of the estimate.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Monitor<S> {
     /// The time since the last look at force and field.
     since_acc: S,
@@ -91,27 +91,36 @@ impl<S: Scalar> Monitor<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn is_due(&mut self, sample: &Sample<S>, dt: S) -> S::Mask {
         self.since_acc = self.since_acc + dt;
-        self.since_mag = self.since_mag + dt;
         sample.acc.valid & S::of(LOOK).le(self.since_acc)
     }
 
     /// Starts anew where the mask is true, but for what is known of the field.
     #[cold]
     #[inline(never)]
-    pub fn restart(&mut self, lanes: S::Mask) {
+    #[must_use]
+    pub fn restart(mut self, lanes: S::Mask) -> Self {
         let o = S::zero();
         self.force = Vec3::select(lanes, Vec3::zero(), self.force);
         self.field = Vec3::select(lanes, Vec3::zero(), self.field);
         for variable in [&mut self.spread, &mut self.gross, &mut self.small, &mut self.heading] {
             *variable = S::select(lanes, o, *variable);
         }
+        self
     }
 
     /// Looks at a sample where the mask is true. `q` is the attitude, `claimed` the variances of inclination and heading that the
     /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. Gives where the attitude is lost.
     #[cold]
     #[inline(never)]
-    pub fn look(&mut self, lanes: S::Mask, sample: &Sample<S>, q: Quat<S>, claimed: [S; 2], bias: Vec3<S>) -> S::Mask {
+    #[must_use]
+    pub fn look(
+        mut self,
+        lanes: S::Mask,
+        sample: Sample<S>,
+        q: Quat<S>,
+        claimed: [S; 2],
+        bias: Vec3<S>,
+    ) -> (Self, S::Mask) {
         let (zero, one) = (S::zero(), S::one());
         let r = q.matrix();
         let weight = |time: S, constant: f64| time / (S::of(constant) + time);
@@ -129,6 +138,7 @@ impl<S: Scalar> Monitor<S> {
         self.spread = S::select(lanes, spread, self.spread);
 
         // The field, where there is one; slower sensors when they come.
+        self.since_mag = S::select(lanes, self.since_mag + self.since_acc, self.since_mag);
         let shown = lanes & sample.mag.valid & S::of(LOOK).le(self.since_mag);
         let norm = sample.mag.value.norm2().sqrt();
         let unknown = self.norm.le(zero);
@@ -190,7 +200,7 @@ impl<S: Scalar> Monitor<S> {
         self.up = S::select(learns, self.up + slow * (up - self.up), self.up);
         let kept = self.bias + (bias - self.bias) * weight(dt, SLOW);
         self.bias = Vec3::select(sound, kept, self.bias);
-        lost
+        (self, lost)
     }
 
     /// Calls `visit` for each variable.

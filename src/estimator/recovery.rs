@@ -4,7 +4,8 @@
 //! mean of a moment is the direction of gravity; else the mean of two seconds is, as no velocity is large for long.
 //!
 //! Nothing of this is inlined into a step: it does not depend on the filter, and is compiled once for each scalar. What is not
-//! inlined is slow in lanes, for the two seconds that a recovery takes at most.
+//! inlined is slow in lanes, for the two seconds that a recovery takes at most. Such functions take everything by value: what a reference
+//! points to cannot live in registers in the step around the call either.
 
 use super::alignment::{headed_by, inclined_by};
 use crate::STANDARD_GRAVITY;
@@ -31,7 +32,7 @@ const QUIET_WEIGHT: f64 = 50.0;
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// A recovery that is going on, or not.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Recovery<S> {
     /// The variance in rad² of the rotation that was lost; zero where none was.
     unknown: S,
@@ -61,10 +62,12 @@ impl<S: Scalar> Recovery<S> {
     /// A rotation of this variance has been lost where the mask is true: what was measured before says nothing any more.
     #[cold]
     #[inline(never)]
-    pub fn lose(&mut self, lanes: S::Mask, variance: S) {
+    #[must_use]
+    pub fn lose(mut self, lanes: S::Mask, variance: S) -> Self {
         let counts = lanes & S::of(COUNTING * COUNTING).le(variance);
         self.unknown = S::select(counts, variance.max(self.unknown), self.unknown);
         self.restart(lanes);
+        self
     }
 
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -80,7 +83,8 @@ impl<S: Scalar> Recovery<S> {
     /// aligned now.
     #[cold]
     #[inline(never)]
-    pub fn step(&mut self, lanes: S::Mask, sample: &Sample<S>, rate: Vec3<S>, dt: S) -> S::Mask {
+    #[must_use]
+    pub fn step(mut self, lanes: S::Mask, sample: Sample<S>, rate: Vec3<S>, dt: S) -> (Self, S::Mask) {
         let (zero, lanes) = (S::zero(), lanes & self.active());
         self.turn = Quat::select(lanes, rotate_by(self.turn, rate, dt), self.turn);
         let (acc, mag) = (&sample.acc, &sample.mag);
@@ -105,7 +109,7 @@ impl<S: Scalar> Recovery<S> {
         let ready = shown & (self.is_quiet() | (over & surer));
         // What motion shows is less sure than what is known already.
         self.unknown = S::select(shown & over & !surer, zero, self.unknown);
-        ready
+        (self, ready)
     }
 
     /// Where the readings are those of a quiet sensor.
@@ -130,7 +134,7 @@ impl<S: Scalar> Recovery<S> {
     /// and where that was.
     #[cold]
     #[inline(never)]
-    pub fn aligned(&self, q: Quat<S>, used: bool) -> (Quat<S>, S::Mask) {
+    pub fn aligned(self, q: Quat<S>, used: bool) -> (Quat<S>, S::Mask) {
         let up = self.turn.conj().rotate(self.force).unit();
         let inclined = inclined_by(q, up);
         if !used {

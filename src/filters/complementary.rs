@@ -66,8 +66,8 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
         let share = trust(sample, self.params.acc_threshold);
         self.acc_rejected = share.le(S::zero());
         let mut weight = dt / (self.params.tau + dt); // 1 − α
-        let late = sample.acc.valid & dt.lt(sample.acc.interval);
-        if late.any() {
+        if !sample.prompt {
+            let late = sample.acc.valid & dt.lt(sample.acc.interval);
             // The decay over all the steps for which the measurement stands.
             weight = S::select(late, one_minus_exp(sample.acc.interval / self.params.tau), weight);
         }

@@ -32,7 +32,7 @@ pub fn direction_error<S: Scalar>(
     if !sample.acc.valid.all() {
         whole = Vec3::select(sample.acc.valid, whole, Vec3::zero());
     }
-    let weighs = (weights.acc.lt(S::one()) | weights.mag.lt(S::one())).any();
+    let weighs = !weights.equal;
     if weighs {
         whole = whole * weights.acc;
     }
