@@ -332,9 +332,14 @@ def _size(column: Column) -> float:
 
 def _stem(column: Column) -> str:
     """The name without the unit: header.stamp of header.stamp.secs."""
-    return re.sub(
-        r"[^a-z0-9]+$", "", re.sub(rf"{re.escape(column.unit.lower())}\W*$", "", column.header.strip().lower())
-    )
+    name, unit = _until_letter(column.header.strip().lower()), _until_letter(column.unit.lower())
+    return _until_letter(name.removesuffix(unit)) if unit else name
+
+
+def _until_letter(text: str) -> str:
+    """The text without what stands behind its last letter or digit."""
+    last = next((k for k in range(len(text) - 1, -1, -1) if text[k].isalnum()), -1)
+    return text[: last + 1]
 
 
 def _preference(clock: Clock) -> tuple[int, int, int]:
