@@ -209,6 +209,23 @@ def test_a_state_with_another_number_of_variables_is_refused(count: int) -> None
         f.restore(state)
 
 
+@pytest.mark.parametrize("dtype", DTYPES)
+@each_case
+def test_a_state_whose_attitude_is_no_unit_quaternion_is_refused(case: Case, dtype: type) -> None:
+    f = case.make(rate=RATE, dtype=dtype)
+    signals = motion(10, 3).astype(dtype)
+    state = f.run(*signals.sensors()).state
+    # The last variables are angular rate, attitude and six flags.
+    for factor in (0.0, 0.9, 2.0):
+        variables = list(state.variables)
+        variables[-10:-6] = [factor * x for x in variables[-10:-6]]
+        wrong = dataclasses.replace(state, variables=tuple(variables))
+        with pytest.raises(ValueError, match=r"state: expected attitudes of unit norm, got \["):
+            f.restore(wrong)
+        with pytest.raises(ValueError, match="state: expected attitudes of unit norm"):
+            f.run(*signals.sensors(), state=wrong)
+
+
 def test_a_pickled_filter_is_checked_as_its_state_is() -> None:
     f = ar.Mahony(rate=RATE)
     f.update([0.0, 0.0, 0.1], [0.0, 0.0, 9.8])

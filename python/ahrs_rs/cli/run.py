@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import metrics
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _common, _reading, calibrate
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
@@ -79,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         write_estimate(args.output, est.t, est.quat, est.gyr_bias, est.status)
         lines.append(("wrote", str(args.output)))
     for key, text in lines:
-        print(f"{key:<10} {text}")
+        print(f"{key:<10} {printable(text)}")
     return 0
 
 
