@@ -177,7 +177,8 @@ class Filter(_native.NativeFilter):
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
         out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
-        threads : how many recordings are computed at once; by default as many as there are cores
+        threads : how many recordings are computed at once; by default as many as there are cores and as the work pays
+            for, or as the environment says (AHRS_RS_NUM_THREADS)
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
         so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of
