@@ -84,8 +84,7 @@ impl<S: Scalar> Heading<S> {
         visit(&mut self.least);
         // A state from outside may hold anything: an angle that is none, a weight beyond one.
         self.least = self.least.max(S::zero()).min(S::one());
-        let angle = self.delta.value.abs().le(S::of(LARGEST));
-        self.delta = Sum::select(angle, self.delta, Sum::new(S::zero()));
+        self.delta = self.delta.or_zero_beyond(S::of(LARGEST));
     }
 }
 
