@@ -115,6 +115,9 @@ const LARGEST_RATE: f64 = 1e4;
 /// The largest variance of a quaternion's component, and of the angular rate in rad²/s².
 const LARGEST_VARIANCES: [f64; 2] = [1.0, 1e4];
 
+/// How sure this filter is of the inclination in motion at best, in rad.
+const UNSURE: f64 = 0.05;
+
 /// The largest half turn in rad of a first-order step.
 const LARGEST_TURN: f64 = 10.0;
 
@@ -141,6 +144,8 @@ pub struct EKF<S: Scalar> {
 impl<S: Scalar> Filter<S> for EKF<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    // Not HAS_COVARIANCE: where the attitude is unknown its small variances take the first specific force for the vertical.
+    const WATCHED: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         let mut new = EKF {
@@ -175,6 +180,18 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+#[cfg_attr(not(debug_assertions), inline(always))]
+    /// The covariance of this filter is not one to be watched by: its noises are those of a sensor at rest, in motion it is far
+    /// too sure. A gross error is one by any measure.
+    fn claimed(&self) -> [S; 2] {
+        [S::of(UNSURE * UNSURE), S::one()]
+    }
+    #[cold]
+    #[inline(never)]
+    fn reopen(&mut self, lanes: S::Mask, _bias: Vec3<S>) {
+        self.error.p = select(lanes, &start(&self.params, self.q), &self.error.p);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let params = &self.params;
         let moves = S::zero().lt(dt);
@@ -198,13 +215,17 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         // h and the innovations of all sensors at the predicted state, then (25)-(26) component after component
         self.innovation = [none3(); 3];
         self.nis = [none(); 3];
-        if !input && moves.any() {
+        let shown = moves & !sample.lost;
+        if !input && shown.any() {
             let innovation = measured_rate - self.rate;
-            let nis = self.error.measure::<4, 1>(moves, [S::one()], innovation.x, v_gyr[0]);
-            let nis = nis + self.error.measure::<5, 1>(moves, [S::one()], innovation.y, v_gyr[1]);
-            let nis = nis + self.error.measure::<6, 1>(moves, [S::one()], innovation.z, v_gyr[2]);
-            self.report(0, moves, innovation, nis);
+            let nis = self.error.measure::<4, 1>(shown, [S::one()], innovation.x, v_gyr[0]);
+            let nis = nis + self.error.measure::<5, 1>(shown, [S::one()], innovation.y, v_gyr[1]);
+            let nis = nis + self.error.measure::<6, 1>(shown, [S::one()], innovation.z, v_gyr[2]);
+            self.report(0, shown, innovation, nis);
         }
+        // V is that of a sample at the gyroscope's rate.
+        let (acc_steps, mag_steps) = (sample.acc.steps(dt), sample.mag.steps(dt));
+        let (v_acc, v_mag) = (v_acc.map(|v| v / acc_steps), v_mag.map(|v| v / mag_steps));
         let valid = sample.acc.valid;
         if valid.any() {
             let z = saturated(sample.acc.value * (S::one() / self.params.gravity), S::of(SATURATION));
@@ -215,7 +236,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         }
         let valid = sample.mag.valid;
         if valid.any() {
-            self.refer(valid, sample, dt);
+            self.refer(valid, sample, sample.mag.interval);
             let norm = (self.horizontal * self.horizontal + self.vertical * self.vertical).sqrt();
             let (north, up) = (self.horizontal / norm, self.vertical / norm);
             let z = saturated(sample.mag.value * (S::one() / norm), S::of(SATURATION));

@@ -129,7 +129,7 @@ def _description(choice: Choice, recording: Recording, settings: Settings) -> st
     return f"{f'{f.NAME} {params}'.rstrip()}, from {' '.join(given)}, in {f.frame}"
 
 
-def _status_counts(status: NDArray[np.uint8]) -> str:
+def _status_counts(status: NDArray[np.uint16]) -> str:
     """How many samples have which bits set, like "MAG_MISSING 20 (0.3 %)"."""
     counts = {flag.name or "": int(np.count_nonzero(status & flag.value)) for flag in Status}
     parts = [f"{name} {count} ({100 * count / len(status):.3g} %)" for name, count in counts.items() if count]

@@ -150,6 +150,19 @@ impl<S: Scalar> State<S> {
         self.p[(state, state)] = S::select(lanes, variance, self.p[(state, state)]);
     }
 
+    /// Starts anew where the mask is true, but for the attitude, the bias of the gyroscope, which is given, the delay of the
+    /// magnetometer and the field.
+    pub fn restart(&mut self, lanes: S::Mask, bias: Vec3<S>, params: &Params<S>) {
+        for i in 0..N {
+            self.forget(lanes, i, initial_variance(params, i));
+        }
+        self.put(lanes, BIAS, bias);
+        for i in (MATRIX..GRAVITY).chain(IRON..HORIZONTAL) {
+            self.mean[i] = S::select(lanes, S::zero(), self.mean[i]);
+        }
+        self.mean[GRAVITY] = S::select(lanes, params.gravity, self.mean[GRAVITY]);
+    }
+
     /// Turns the attitude, and what stands in the earth frame, where the mask is true.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn turn(&mut self, lanes: S::Mask, turn: Quat<S>) {
