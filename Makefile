@@ -2,41 +2,80 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Modules are compiled when they are first imported, not all ten thousand of them now.
+INSTALL := $(BIN)/python -m pip install --quiet --no-compile
+# For recipes of several targets: two of them at a time, unless make was told how many.
+SIDE_BY_SIDE = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,--jobs=2)
 CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench firmware
-.PHONY: attack header format formats damage tables clean
+.PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
+.PHONY: attack aarch64 oracle wheel baseline pair dev header format formats damage tables clean
 
 help: ## Show what there is
-	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: build ## Simulate a recording, run every filter on it, print the errors, draw them into demo/
+demo: ## Simulate a recording, run every filter on it, print the errors, draw them into demo/
+	@echo "The filters are compiled, and the packages that they need are fetched: some two minutes the first time."
+	@$(SIDE_BY_SIDE) build
 	$(BIN)/ahrs-rs demo -o demo
 
-test: test-rust lint test-python ## Run all tests and checks
+test: ## Run all tests and checks
+	@$(SIDE_BY_SIDE) dev
+	@$(MAKE) --no-print-directory test-rust lint test-python
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "ahrs_rs needs Python 3.11 or later; say which with PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.8,<2'
+	$(INSTALL) --upgrade 'pip>=26.3' 'maturin>=1.8,<2'
 	@touch $@
 
-build: $(VENV)/.made ## Build the package into the virtual environment, with all that tests and demo need
-	$(BIN)/maturin develop --release --quiet --extras all,test
+# What the demo and the README's next lines need.
+$(VENV)/.run: $(VENV)/.made pyproject.toml
+	$(INSTALL) --only-deps --no-build-isolation '.[io,plot]'
+	@touch $@
 
+# What all tests and checks need.
+$(VENV)/.test: $(VENV)/.run
+	$(INSTALL) --only-deps --no-build-isolation '.[all]'
+	$(INSTALL) --group test --group lint
+	@touch $@
+
+# Compiled in the open, beside the packages' installation; the editable package finds it done.
+native: $(VENV)/.made
+	$(BIN)/maturin develop --release --skip-install
+
+$(VENV)/.installed: $(VENV)/.run pyproject.toml Cargo.toml | native
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+build: native $(VENV)/.installed ## Build the package into the virtual environment, with what the demo needs
+
+dev: build $(VENV)/.test ## The same, with what tests, checks and tables need
+
+# One test a process where nextest is installed, on all cores; it runs no documentation's examples.
 test-rust: ## Run the Rust tests with every set of features
-	cargo test --workspace --exclude ahrs-rs-python --quiet
+	@if cargo nextest --version > /dev/null 2>&1; then \
+		set -x; \
+		cargo nextest run --workspace --exclude ahrs-rs-python --cargo-quiet --status-level fail && \
+		cargo test --workspace --exclude ahrs-rs-python --quiet --doc; \
+	else \
+		set -x; \
+		cargo test --workspace --exclude ahrs-rs-python --quiet; \
+	fi
 	@for features in $(CARGO_FEATURES); do \
 		echo "core with --features $$features"; \
 		cargo test --quiet --no-default-features --features $$features --test so3 --test trig || exit 1; \
 	done
 
-test-python: build ## Run the Python tests; those on real recordings need AHRS_RS_DATA
-	$(BIN)/python -m pytest -q
+# A worker on every core, of one thread each; the tests of threads by themselves, with all cores.
+test-python: dev ## Run the Python tests; those on real recordings need AHRS_RS_DATA
+	RAYON_NUM_THREADS=1 OMP_NUM_THREADS=1 \
+		$(BIN)/python -m pytest -q --numprocesses auto --dist loadfile -m 'not threads'
+	$(BIN)/python -m pytest -q -m threads
 
-lint: build ## Check format, lints, types and stubs
+lint: dev ## Check format, lints, types and stubs
 	cargo fmt --all --check && rustfmt --check --edition 2024 src/filters/*.rs
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
 	cargo clippy --no-default-features --features libm --quiet -- -D warnings
@@ -46,34 +85,37 @@ lint: build ## Check format, lints, types and stubs
 	$(BIN)/python -m mypy.stubtest --allowlist tools/stubtest-allowlist.txt ahrs_rs
 	$(BIN)/python tools/stubs.py --check
 
-stubs: build ## Write the type stubs of the filter classes from the registry
+oracle: dev ## Compute all results of the oracles in full, compare every row, keep what is new (ARGS="-k vqf": some)
+	AHRS_RS_ORACLE=all RAYON_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto $(ARGS) \
+		tests/python/test_oracle.py tests/python/test_offline_selfcal.py
+
+stubs: dev ## Write the type stubs of the filter classes from the registry
 	$(BIN)/python tools/stubs.py
 
-accuracy: build ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
+accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
 	$(BIN)/python tools/accuracy.py
 
-papers: build ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
+papers: dev ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 	$(BIN)/python tools/papers.py
 
 browser: ## Install the browser (Debian, root) that the test of the papers' report looks for; without it: skipped
 	apt-get update && apt-get install --yes --no-install-recommends chromium
 
-calibration: build ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
+calibration: dev ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
 	$(BIN)/python tools/calibration.py
 
-tables: build ## Write what tables are understood into docs/tables.md
+tables: dev ## Write what tables are understood into docs/tables.md
 	$(BIN)/python tools/tables.py
 
-formats: build ## Read a file of every format, and write what each of them gives into docs/formats.md
+formats: dev ## Read a file of every format, and write what each of them gives into docs/formats.md
 	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
 	$(BIN)/python tools/formats.py
 
-damage: build ## Read a thousand damaged files of every format: an error or what is left, never a crash
+damage: dev ## Read a thousand damaged files of every format: an error or what is left, never a crash
 	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
 	$(BIN)/python tools/damage.py
 
-bench: build ## Time every filter beside other packages into docs/performance.md, and the core by itself
-	$(BIN)/python -m pip install --quiet 'vqf>=2.1' 'ahrs>=0.3.1' 'imufusion==1.3.3'
+bench: dev ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
@@ -81,13 +123,36 @@ bench: build ## Time every filter beside other packages into docs/performance.md
 attack: build ## End commands at random moments and look for leaks (hours) into docs/attacks.md
 	$(BIN)/python tools/attack.py
 
+wheel: $(VENV)/.made ## Build a wheel into target/wheels, without the symbols that a test counts
+	$(BIN)/maturin build --release --strip
+
+# "Today" of all ratios: the build before the crates were split. Another one by BASELINE=..., beside it.
+BASELINE ?= 3962d5a
+PAST := target/baseline/$(BASELINE)
+
+baseline: $(PAST)/.made ## Build the package as it was at commit BASELINE, for `make pair`
+
+$(PAST)/.made: $(VENV)/.made
+	rm -rf $(PAST) && mkdir -p $(PAST)/source
+	git archive --output $(PAST)/source.tar $(BASELINE) && tar -xf $(PAST)/source.tar -C $(PAST)/source
+	$(BIN)/maturin build --release --manifest-path $(PAST)/source/crates/python/Cargo.toml --out $(PAST)
+	$(INSTALL) --no-deps --target $(PAST)/python $(PAST)/*.whl
+	rm -rf $(PAST)/source.tar $(PAST)/source/target
+	@touch $@
+
+pair: build baseline ## Time this build beside the one of the past (ARGS="--filter VQF ..."; ARGS=--help lists them)
+	$(BIN)/python benches/pair.py --old $(PAST)/python $(ARGS)
+
 firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
 	$(PYTHON) tools/firmware.py
+
+aarch64: ## Run the Rust tests of core and batch engine for aarch64 in an emulator
+	$(PYTHON) tools/aarch64.py
 
 header: ## Write the C header from its source and the registry
 	AHRS_WRITE_HEADER=1 cargo test --quiet --package ahrs-rs-capi --test header
 
-format: build ## Format everything
+format: dev ## Format everything
 	cargo fmt --all && rustfmt --edition 2024 src/filters/*.rs && cd firmware && cargo fmt
 	$(BIN)/ruff format . && $(BIN)/ruff check --fix .
 

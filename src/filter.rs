@@ -1,9 +1,10 @@
 //! What a filter is: its description, its input, its state and its step.
 
+use crate::estimator::reading::Measured;
 use crate::params::{ParamSet, ParamSpec};
-use crate::reading::Measured;
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
+use crate::status::Flags;
 
 /// The description of a filter, from which classes, command line, tests and docs are made.
 #[derive(Clone, Copy, Debug)]
@@ -90,65 +91,53 @@ pub struct Sample<S: Scalar> {
     pub acc: Measured<S>,
     /// Magnetic field in µT.
     pub mag: Measured<S>,
+    /// Where the angular rate is not that of the whole step (held, clipped, over a gap): what it turns says nothing of the
+    /// gyroscope.
+    pub lost: S::Mask,
+    /// Where the attitude has not been found again since a loss: its error says nothing of the gyroscope.
+    pub recovering: S::Mask,
 }
 
-/// What a filter says of one sample beside the attitude: the bits of `ahrs_rs.Status`.
+/// How much the measurements of a sample count beside each other, and the time that they stand for.
 #[derive(Clone, Copy, Debug)]
-pub struct Flags<M> {
-    /// The accelerometer's row was unusable.
-    pub acc_missing: M,
-    /// The magnetometer's row was unusable.
-    pub mag_missing: M,
-    /// The gyroscope's row was unusable; the last angular rate was held.
-    pub gyr_held: M,
-    /// The filter did not trust the accelerometer.
-    pub acc_rejected: M,
-    /// The filter did not trust the magnetometer.
-    pub mag_rejected: M,
-    /// The sensor rests.
-    pub rest: M,
-    /// No accelerometer sample has come yet.
-    pub not_aligned: M,
-    /// The filter recovers from a long rejection.
-    pub recovering: M,
+pub struct Weights<S> {
+    /// Of the accelerometer and the magnetometer; one for both where they are as fast as the gyroscope.
+    pub acc: S,
+    /// As `acc`.
+    pub mag: S,
+    /// In s, that of the longest; the step where they are as fast as the gyroscope.
+    pub time: S,
 }
 
-impl<M: Mask> Flags<M> {
-    /// No bit set.
+impl<S: Scalar> Sample<S> {
+    /// Where a measurement stands for more than the step: its sensor is slower than the gyroscope, or missed some samples.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn none() -> Self {
-        let no = M::splat(false);
-        Flags {
-            acc_missing: no,
-            mag_missing: no,
-            gyr_held: no,
-            acc_rejected: no,
-            mag_rejected: no,
-            rest: no,
-            not_aligned: no,
-            recovering: no,
+    pub fn late(&self, dt: S) -> S::Mask {
+        (self.acc.valid & dt.lt(self.acc.interval)) | (self.mag.valid & dt.lt(self.mag.interval))
+    }
+
+    /// The weights by which errors are added up so that each measurement counts for the time since the last one of its sensor.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn weights(&self, dt: S) -> Weights<S> {
+        let one = S::one();
+        let late = self.late(dt);
+        if !late.any() {
+            return Weights { acc: one, mag: one, time: dt };
         }
+        let time_of = |measured: &Measured<S>| S::select(measured.valid, measured.interval, dt);
+        let (acc, mag) = (time_of(&self.acc), time_of(&self.mag));
+        let time = acc.max(mag);
+        let weight = |interval: S| S::select(late, interval / time, one);
+        Weights { acc: weight(acc), mag: weight(mag), time: S::select(late, time, dt) }
     }
+}
 
-    /// The bits of one lane.
+impl<S: Scalar> Measured<S> {
+    /// How many steps of the gyroscope the measurement stands for.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn bits(&self, lane: usize) -> u8 {
-        let low = u8::from(self.acc_missing.lane(lane))
-            | u8::from(self.mag_missing.lane(lane)) << 1
-            | u8::from(self.gyr_held.lane(lane)) << 2
-            | u8::from(self.acc_rejected.lane(lane)) << 3;
-        let high = u8::from(self.mag_rejected.lane(lane))
-            | u8::from(self.rest.lane(lane)) << 1
-            | u8::from(self.not_aligned.lane(lane)) << 2
-            | u8::from(self.recovering.lane(lane)) << 3;
-        low | high << 4
-    }
-
-    /// Where any bit is set.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn any(&self) -> M {
-        let missing = self.acc_missing | self.mag_missing | self.gyr_held | self.not_aligned;
-        missing | self.acc_rejected | self.mag_rejected | self.rest | self.recovering
+    pub fn steps(&self, dt: S) -> S {
+        let late = self.valid & dt.lt(self.interval) & S::zero().lt(dt);
+        if late.any() { S::select(late, self.interval / dt, S::one()) } else { S::one() }
     }
 }
 
@@ -165,6 +154,10 @@ pub trait Filter<S: Scalar>: Clone {
     /// step, the accelerometer from the first valid row on and the magnetometer from the first that comes with a known
     /// inclination, and is never aligned.
     const STARTS_ITSELF: bool = false;
+    /// True where the filter knows how sure it is of the attitude: it is told how much of a rotation was lost.
+    const HAS_COVARIANCE: bool = false;
+    /// True where the estimator watches whether that is so (`claimed`, `reopen`).
+    const WATCHED: bool = false;
 
     /// The filter at the identity, with no memory of any sample.
     fn new(params: &Self::Params) -> Self;
@@ -172,6 +165,27 @@ pub trait Filter<S: Scalar>: Clone {
     fn attitude(&self) -> Quat<S>;
     /// Sets the attitude of the lanes of the mask, and the part of its covariance that is new with it; nothing else.
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>);
+    /// True where the attitude is to be aligned again after a rotation that was lost: not where each sample gives it by itself, nor
+    /// where nothing but the gyroscope does.
+    fn is_realigned(&self) -> bool {
+        Self::SPEC.feedback
+    }
+    /// Sets the attitude of the lanes of the mask after a rotation that was lost. What was learnt of the sensors stays; what was
+    /// measured before the loss says nothing of the attitude any more.
+    fn realign(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.set_attitude(lanes, q);
+    }
+    /// Takes it that a rotation was lost where the mask is true: its angle about each axis has the variance (rad²). For filters
+    /// that know how sure they are; the others are aligned again.
+    fn lose_rotation(&mut self, _lanes: S::Mask, _variance: S) {}
+    /// The variances of inclination and heading that the filter claims, in rad², where it is to be watched; the larger one of the
+    /// inclination's two.
+    fn claimed(&self) -> [S; 2] {
+        [S::zero(); 2]
+    }
+    /// Starts anew where the mask is true, as the attitude is lost without having been told: what was learnt since may be wrong.
+    /// The gyroscope's bias is the one from before.
+    fn reopen(&mut self, _lanes: S::Mask, _bias: Vec3<S>) {}
     /// Starts from an attitude that is given one step before the first sample.
     fn start_from(&mut self, q: Quat<S>) {
         self.set_attitude(S::Mask::splat(true), q);

@@ -60,16 +60,20 @@ pub mod filter;
 pub mod params;
 pub mod filters;
 mod lanes;
-pub mod reading;
 mod scalar;
 pub mod signal;
 pub mod so3;
+pub mod status;
 pub mod trig;
 
 pub use calibration::{Calibration, TemperatureCalibration};
-pub use estimator::{Estimator, GyrHold, Output, Settings};
-pub use filter::{Filter, FilterSpec, Flags, Sample};
+pub use estimator::reading::{Measured, Reading};
+pub use estimator::{Estimator, GyrHold, Output, Repeated, Settings};
+pub use filter::{Filter, FilterSpec, Sample};
 pub use lanes::{Pair, PairMask};
-pub use reading::{Measured, Reading};
 pub use scalar::{Mask, Real, Scalar};
 pub use so3::{Euler, Frame, Quat, Vec3};
+pub use status::Flags;
+
+/// Standard gravity in m/s².
+pub const STANDARD_GRAVITY: f64 = 9.80665;

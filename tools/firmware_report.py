@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ HEAD = """# Firmware
 Made by `make firmware` with {rust}, {arm-none-eabi-gcc} and {qemu-system-arm}.
 
 Every streaming filter, in f32 and with its defaults, on an emulated Cortex-M4F (mps2-an386, {target}),
-one image each. It replays {updates:,} samples of a recording that is computed on the way, from whole numbers and the
+one image each. It replays {updates[1]:,} samples of a recording that is computed on the way, from whole numbers and the
 core's own functions (firmware/src/recording.rs): a sensor that turns and shakes, steps of 8 to 11 ms and gaps of 2 s,
 rests, missing rows, a disturbed field, a magnetometer that has a quarter of the rate for an eighth of the time. Each
 row goes through calibration and low-pass filters (firmware/src/pipeline.rs) to the filter, as in an application. The
@@ -39,9 +40,10 @@ Calibration of three sensors and low-pass filters (second order) of two take {pr
 HASHES = """
 ## The same bits as on the host
 
-FNV-1a (64 bits) over every quaternion, bias and status: the target gives what the host gives. No compiler changes
-them. An image with all filters for a Cortex-M0 ({soft_target}, no floating-point unit) gives the host's bits, too,
-over {soft_updates} samples; the C example gives Rust's, on the host and on the target.
+FNV-1a (64 bits) over every quaternion, bias and status after {updates[0]:,} updates, which are replayed at each
+commit, and after {updates[1]:,}: the target gives what the host gives. No compiler changes them. An image with all
+filters for a Cortex-M0 ({soft_target}, no floating-point unit) gives the host's bits, too, over {soft_updates} samples;
+the C example gives Rust's, on the host and on the target.
 """
 
 RATIOS = """
@@ -109,17 +111,20 @@ def document(results: dict[str, Any]) -> str:
     text = HEAD.format(**results["versions"], updates=results["updates"], target="thumbv7em-none-eabihf")
     text += COST.format(bare=results["bare"], c=some, prepare=f"{prepare[0]:.0f}", prepare_max=prepare[1])
     text += table(["filter", "9D mean", "9D max", "6D mean", "6D max", "flash", "stack", "state"], cost_rows(filters))
-    text += HASHES.format(soft_target="thumbv6m-none-eabi", soft_updates=f"{soft['updates']:,}")
-    text += table(
-        ["filter", "9D", "6D"], [[name, *(f"`{filters[name][m]['hash']}`" for m in ("9D", "6D"))] for name in filters]
-    )
+    updates = results["updates"]
+    text += HASHES.format(soft_target="thumbv6m-none-eabi", soft_updates=f"{soft['updates']:,}", updates=updates)
+    head = [f"{mode}, {count:,}" for mode in ("9D", "6D") for count in updates]
+    hashes = {
+        name: [f"`{each}`" for mode in ("9D", "6D") for each in filters[name][mode]["hashes"]] for name in filters
+    }
+    text += table(["filter", *head], [[name, *row] for name, row in hashes.items()])
     text += RATIOS
     text += table(["paper", "filter", "data", "time there", "instructions here"], ratio_rows(filters))
     return text
 
 
 def comparable(kept: str, now: str) -> tuple[list[str], list[str]]:
-    """What of two documents has to be the same: all where the compilers are, else the hashes."""
+    """What of two documents a short replay can tell: the hashes, and the sizes where the compilers are the same."""
 
     def made_with(text: str) -> str:
         return text.partition("Made by")[2].partition("\n\n")[0]
@@ -127,7 +132,13 @@ def comparable(kept: str, now: str) -> tuple[list[str], list[str]]:
     def hashes(text: str) -> list[str]:
         return text.partition("## The same bits")[2].partition("## Beside")[0].splitlines()
 
-    if made_with(kept) == made_with(now):
-        return kept.splitlines(), now.splitlines()
-    print("firmware: docs/firmware.md was made with other compilers: only the hashes are compared")
-    return hashes(kept), hashes(now)
+    def sizes(text: str) -> list[str]:
+        """Of a filter its flash and state, of an application without one and of the C example the flash."""
+        costs = text.partition("## What a filter costs")[2].partition("## The same bits")[0]
+        rows = [line.split("|")[1:-1] for line in costs.splitlines() if line.startswith("| ")]
+        return ["|".join([row[0], row[5], row[7]]) for row in rows] + re.findall(r"it has \d+ bytes|\w+ \d{4,}", costs)
+
+    if made_with(kept) != made_with(now):
+        print("firmware: docs/firmware.md was made with other compilers: only the hashes are compared")
+        return hashes(kept), hashes(now)
+    return sizes(kept) + hashes(kept), sizes(now) + hashes(now)

@@ -33,10 +33,13 @@ def keywords(cls: type[Filter]) -> str:
             kind = f"Literal[{', '.join(map(quoted, map(str, param.options or ())))}]"
         default = quoted(param.default) if isinstance(param.default, str) else param.default
         lines.append(f"{param.name}: {kind} = {default}")
+    common_range = [] if "gyr_range" in cls.PARAMS else ["gyr_range: float = 0.0"]
     lines += [
         'frame: Literal["ENU", "NED", "NWU"] = "ENU"',
         "declination: float = 0.0",
         'gyr_hold: Literal["zero-order", "linear"] = "zero-order"',
+        'repeated: Literal["new", "missing"] = "new"',
+        *common_range,
         "dtype: DTypeLike = ...",
     ]
     return ",\n        ".join(lines)

@@ -23,7 +23,9 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
         for name, (doc, shape) in spec["outputs"].items()
     }
     keyword = inspect.Parameter.KEYWORD_ONLY
-    common = [p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword]
+    common = [
+        p for p in inspect.signature(Filter.__new__).parameters.values() if p.kind is keyword and p.name not in params
+    ]
     own = [inspect.Parameter(name, keyword, default=param.default) for name, param in params.items()]
     return type(
         spec["name"],

@@ -22,6 +22,18 @@ from ahrs_rs.status import Status
 
 FRAMES: tuple[str, ...] = tuple(_native.frames())
 GYR_HOLDS: tuple[str, ...] = tuple(_native.gyr_holds())
+REPEATED: tuple[str, ...] = tuple(_native.repeated_rules())
+
+#: What every filter alike is asked for beside its rate and dtype, with the defaults.
+SETTINGS: Mapping[str, str | float] = MappingProxyType(
+    {
+        "frame": FRAMES[0],
+        "declination": 0.0,
+        "gyr_hold": GYR_HOLDS[0],
+        "repeated": REPEATED[0],
+        "gyr_range": 0.0,
+    }
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +58,11 @@ class Filter(_native.NativeFilter):
     frame: earth frame of the attitude, ``"ENU"``, ``"NED"`` or ``"NWU"``
     declination: magnetic declination in rad, positive east: with a magnetometer, the attitude is from true north
     gyr_hold: ``"zero-order"``, the rate of a sample holds over the step that ends with it, or ``"linear"``
+    repeated: what a row of the accelerometer or magnetometer is that equals the sensor's last one bit for bit while the
+        gyroscope's row does not: ``"new"``, a measurement as any other, or ``"missing"``, none, for 1 s at most (a
+        logger that repeats the last row of a slower sensor)
+    gyr_range: largest rate in rad/s that an axis of the gyroscope shows (default 0: not known): a rotation beyond it is
+        lost, and the attitude found again from the accelerometer and magnetometer
     dtype: of ``update``; ``run`` computes in float32 if all its measurements are
     """
 
@@ -69,6 +86,8 @@ class Filter(_native.NativeFilter):
     frame: str
     declination: float
     gyr_hold: str
+    repeated: str
+    gyr_range: float
     dtype: np.dtype[Any]
     params: Mapping[str, float | str | bool]
     """The value of each parameter; also attributes of their own names."""
@@ -80,22 +99,26 @@ class Filter(_native.NativeFilter):
         frame: str = "ENU",
         declination: float = 0.0,
         gyr_hold: str = "zero-order",
+        repeated: str = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = np.float64,
         **params: Any,
     ) -> Self:
+        gyr_range = _number("gyr_range", gyr_range)
+        if "gyr_range" in cls.PARAMS:  # a filter that has its own use for it
+            params["gyr_range"] = gyr_range
         values = cls._encoded(params)
         kind = np.dtype(dtype)
         rate = None if rate is None else _number("rate", rate)
         declination = _number("declination", declination)
         frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
-        self = super().__new__(cls, cls.NAME, values, rate, frame, declination, gyr_hold, kind.name)
-        self.rate, self.frame, self.declination, self.gyr_hold, self.dtype = (
-            rate,
-            frame,
-            declination,
-            gyr_hold,
-            kind,
-        )
+        repeated = _choice("repeated", repeated, REPEATED)
+        common = 0.0 if "gyr_range" in cls.PARAMS else gyr_range
+        self = super().__new__(cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, common, kind.name)
+        self.rate, self.frame, self.declination, self.gyr_hold = rate, frame, declination, gyr_hold
+        self.repeated, self.dtype = repeated, kind
+        if "gyr_range" not in cls.PARAMS:
+            self.gyr_range = gyr_range
         numbers = zip(cls.PARAMS.items(), values, strict=True)
         self.params = MappingProxyType(
             {name: value if spec.options is None else spec.options[int(value)] for (name, spec), value in numbers}
@@ -107,7 +130,7 @@ class Filter(_native.NativeFilter):
         """The numbers of all parameters, those that are not given having their defaults; checked."""
         if not params.keys() <= cls.PARAMS.keys():
             unknown = next(name for name in params if name not in cls.PARAMS)
-            known = ", ".join([*cls.PARAMS, "rate", "frame", "declination", "gyr_hold", "dtype"])
+            known = ", ".join(dict.fromkeys([*cls.PARAMS, "rate", *SETTINGS, "dtype"]))
             raise TypeError(f"{cls.NAME} has no parameter {unknown!r}; it takes {known}")
         values = cls._DEFAULTS.copy()
         for name, value in params.items():
@@ -131,18 +154,12 @@ class Filter(_native.NativeFilter):
 
     def __repr__(self) -> str:
         keywords = {**self._keywords(), "dtype": self.dtype.name}
-        defaults = {
-            "rate": None,
-            "frame": "ENU",
-            "declination": 0.0,
-            "gyr_hold": "zero-order",
-            "dtype": "float64",
-        }
+        defaults = {"rate": None, **SETTINGS, "dtype": "float64"}
         shown = [f"{key}={value!r}" for key, value in keywords.items() if value != defaults.get(key, ())]
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def _keywords(self) -> dict[str, Any]:
-        settings = {"frame": self.frame, "declination": self.declination, "gyr_hold": self.gyr_hold}
+        settings = {name: getattr(self, name) for name in SETTINGS}
         return {"rate": self.rate, **self.params, **settings, "dtype": self.dtype}
 
     @cached_property
@@ -177,7 +194,8 @@ class Filter(_native.NativeFilter):
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
         out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
-        threads : how many recordings are computed at once; by default as many as there are cores
+        threads : how many recordings are computed at once; by default as many as there are cores and as the work pays
+            for, or as the environment says (AHRS_RS_NUM_THREADS)
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
         so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of

@@ -8,6 +8,7 @@ from typing_extensions import disjoint_base
 from ahrs_rs.state import Snapshot
 
 __all__ = [
+    "INSTRUCTIONS",
     "NativeFilter",
     "all_float32",
     "calibrate",
@@ -17,12 +18,19 @@ __all__ = [
     "gyr_holds",
     "low_pass",
     "registry",
+    "repeated_rules",
     "rotation_matrices",
+    "status_bits",
 ]
 
 def registry() -> list[dict[str, Any]]: ...
 def frames() -> list[str]: ...
 def gyr_holds() -> list[str]: ...
+def repeated_rules() -> list[str]: ...
+def status_bits() -> list[tuple[str, int]]: ...
+
+INSTRUCTIONS: str
+
 def all_float32(gyr: ArrayLike, acc: ArrayLike | None = None, mag: ArrayLike | None = None) -> bool: ...
 def calibrate(x: ArrayLike, matrix: list[list[float]], offset: list[float]) -> NDArray[np.floating[Any]]: ...
 def calibrate_at(
@@ -52,6 +60,8 @@ class NativeFilter:
         frame: str,
         declination: float,
         gyr_hold: str,
+        repeated: str,
+        gyr_range: float,
         dtype: str,
     ) -> Self: ...
     def update(

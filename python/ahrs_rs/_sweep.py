@@ -100,6 +100,8 @@ def sweep(
     frame: str = "ENU",
     declination: float = 0.0,
     gyr_hold: str = "zero-order",
+    repeated: str = "new",
+    gyr_range: float = 0.0,
 ) -> Sweep:
     """Errors of every parameter set over every recording: parameter sets are computed side by side in vector registers.
 
@@ -118,7 +120,7 @@ def sweep(
     resume : a sweep that was interrupted: what it has is taken over
     checkpoint : a file in which the errors are kept while they are computed, every second or so: the same call goes on
         from it after whatever has ended the process. A function as metric is known by its name only
-    frame, declination, gyr_hold : as for the filter; `ref` stands in the same frame
+    frame, declination, gyr_hold, repeated, gyr_range : as for the filter; `ref` stands in the same frame
 
     Raises
     ------
@@ -137,7 +139,9 @@ def sweep(
         if (resume.filter, resume.params, resume.metric, resume.errors.shape) != (filter.NAME, sets, name, shape):
             raise ValueError("resume: expected a sweep of the same filter, grid, metric and recordings, got another")
         result.errors[:], result.done[:] = resume.errors, resume.done
-    settings = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold}
+    settings: dict[str, Any] = {"frame": frame, "declination": declination, "gyr_hold": gyr_hold, "repeated": repeated}
+    if gyr_range:  # else a parameter of that name is swept
+        settings["gyr_range"] = gyr_range
     cells = Cells(
         filter,
         sets,

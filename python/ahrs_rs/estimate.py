@@ -36,7 +36,7 @@ class Estimate:
     """(T, 4) or (N, T, 4)."""
     gyr_bias: Floats | None
     """(..., T, 3) gyroscope bias in rad/s, or None where the filter estimates none."""
-    status: NDArray[np.uint8]
+    status: NDArray[np.uint16]
     """(..., T) bits of `ahrs_rs.Status`."""
     t: NDArray[np.float64]
     """(T,) stamps in s, or (N, T) where they differ between recordings."""
@@ -189,7 +189,7 @@ class Estimate:
 def _estimate(
     quat: Floats,
     gyr_bias: Floats | None,
-    status: NDArray[np.uint8],
+    status: NDArray[np.uint16],
     t: NDArray[np.float64],
     state: State | list[State] | None,
     extra: dict[str, Floats],

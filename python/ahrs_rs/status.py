@@ -26,4 +26,8 @@ class Status(enum.IntFlag):
     NOT_ALIGNED = 64
     """No accelerometer sample has come yet: the attitude is relative to the start."""
     RECOVERING = 128
-    """The filter recovers from a long rejection."""
+    """The filter recovers: from a long rejection, or from a rotation that was lost."""
+    GAP = 256
+    """The step was much longer than usual: samples are missing, or the clock leapt."""
+    REPEATED = 512
+    """A row repeats its sensor's last one and was taken for missing, as ``repeated="missing"`` asks."""

@@ -3,7 +3,6 @@
 use super::delay::{LONGEST_DELAY, caught_up};
 use super::vqf::heading::{Heading, has_heading};
 use super::vqf::inclination::Inclination;
-use super::vqf::interval::Interval;
 use super::vqf::{DELTA, QUAT6D, QUAT9D, limited_field};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Sample};
 use crate::scalar::{Mask, Scalar};
@@ -44,8 +43,6 @@ pub struct BasicVQF<S: Scalar> {
     // Variables.
     inclination: Inclination<S>,
     heading: Heading<S>,
-    acc_interval: Interval<S>,
-    mag_interval: Interval<S>,
     // What follows from the variables: the attitude by gyroscope and accelerometer.
     level: Quat<S>,
     // What depends on nothing but the steps.
@@ -64,8 +61,6 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
             mag_delay: params.mag_delay,
             inclination: Inclination::default(),
             heading: Heading::default(),
-            acc_interval: Interval::default(),
-            mag_interval: Interval::default(),
             level: Quat::identity(),
             force_coefficients: Coefficients::new(params.tau_acc),
             heading_gain: Gain::new(params.tau_mag),
@@ -82,6 +77,12 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
         self.level = self.inclination.attitude();
     }
     /// As of [`VQF`](super::VQF).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn realign(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.inclination.restart(lanes, self.heading.removed_from(q), &self.force_coefficients);
+        self.level = self.inclination.attitude();
+    }
+    /// As of [`VQF`](super::VQF).
     fn start_from(&mut self, q: Quat<S>) {
         self.inclination.start_from(q, &self.force_coefficients);
         self.heading.start();
@@ -91,19 +92,17 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let (acc, mag) = (&sample.acc, &sample.mag);
         self.inclination.turn(sample.gyr, dt);
-        let acc_interval = self.acc_interval.step(acc.valid, dt);
         if acc.valid.any() {
-            self.force_coefficients.set_step(acc.valid, acc_interval);
+            self.force_coefficients.set_step(acc.valid, acc.interval);
             self.inclination.correct(acc.valid, acc.value, &self.force_coefficients);
         }
         self.level = self.inclination.attitude();
-        let mag_interval = self.mag_interval.step(mag.valid, dt);
         if mag.valid.any() {
             let field = caught_up(limited_field(mag.value), sample.gyr, self.mag_delay);
             let field = self.level.rotate(field);
             let lanes = mag.valid & has_heading(field);
-            let weight = self.heading_gain.weight(lanes, mag_interval);
-            self.heading.correct(lanes, field, weight, [mag_interval, self.tau_mag]);
+            let weight = self.heading_gain.weight(lanes, mag.interval);
+            self.heading.correct(lanes, field, weight, [mag.interval, self.tau_mag]);
         }
     }
     fn output(&self, index: usize, put: &mut impl FnMut(S)) {
@@ -116,8 +115,6 @@ impl<S: Scalar> Filter<S> for BasicVQF<S> {
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.inclination.each(visit);
         self.heading.each(visit);
-        self.acc_interval.each(visit);
-        self.mag_interval.each(visit);
         self.level = self.inclination.attitude();
     }
 }

@@ -3,10 +3,11 @@
 use super::Integration;
 use super::adaptive::trust;
 use super::trigonometric::{accelerometer_angles, integrated};
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, Preset, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, Preset, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Euler, Quat, rotate_by};
-use crate::trig::wrap;
+use crate::status::Flags;
+use crate::trig::{one_minus_exp, wrap};
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -64,7 +65,13 @@ impl<S: Scalar> Filter<S> for Complementary<S> {
         // θ = α (θ + ω dt) + (1 − α) θ_acc, with the difference of the angles wrapped
         let share = trust(sample, self.params.acc_threshold);
         self.acc_rejected = share.le(S::zero());
-        let weight = dt / (self.params.tau + dt) * share; // 1 − α
+        let mut weight = dt / (self.params.tau + dt); // 1 − α
+        let late = sample.acc.valid & dt.lt(sample.acc.interval);
+        if late.any() {
+            // The decay over all the steps for which the measurement stands.
+            weight = S::select(late, one_minus_exp(sample.acc.interval / self.params.tau), weight);
+        }
+        let weight = weight * share;
         let (measured, _) = accelerometer_angles(sample.acc.unit, predicted);
         let corrected = Euler {
             roll: predicted.roll + weight * wrap(measured.roll - predicted.roll),

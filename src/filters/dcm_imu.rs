@@ -99,6 +99,8 @@ pub struct DcmImu<S: Scalar> {
 impl<S: Scalar> Filter<S> for DcmImu<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    const HAS_COVARIANCE: bool = true;
+    const WATCHED: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         DcmImu {
@@ -131,6 +133,29 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn claimed(&self) -> [S; 2] {
+        let p = &self.error.p;
+        [p[(0, 0)].max(p[(1, 1)]).max(p[(2, 2)]), S::one()]
+    }
+    #[cold]
+    #[inline(never)]
+    fn reopen(&mut self, lanes: S::Mask, bias: Vec3<S>) {
+        self.error.p = select(lanes, &initial_covariance(&self.params), &self.error.p);
+        self.bias = Vec3::select(lanes, bias, self.bias);
+    }
+    /// δC3 = [C3×] δθ: the variance across C3.
+    fn lose_rotation(&mut self, lanes: S::Mask, variance: S) {
+        let c3 = [self.c3.x, self.c3.y, self.c3.z];
+        let variance = S::select(lanes, variance, S::zero());
+        for j in 0..3 {
+            for i in 0..3 {
+                let across = if i == j { S::one() - c3[i] * c3[j] } else { -(c3[i] * c3[j]) };
+                self.error.p[(i, j)] = self.error.p[(i, j)] + variance * across;
+            }
+        }
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let before = self.q;
         self.predict(sample.gyr - self.bias, dt);
@@ -143,7 +168,9 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             let g = self.params.gravity;
             let a = saturated(sample.acc.value, S::of(SATURATION) * g) - self.c3 * g;
             let std = self.params.acc_std;
+            // R is that of a sample at the gyroscope's rate.
             let variance = a.norm2().sqrt() * (self.params.acc_motion * self.params.acc_motion) + std * std;
+            let variance = variance / sample.acc.steps(dt);
             let nis_x = self.error.measure::<0, 1>(valid, [g], a.x, variance); // (9), (A.6)
             let nis_y = self.error.measure::<1, 1>(valid, [g], a.y, variance);
             let nis = nis_x + nis_y + self.error.measure::<2, 1>(valid, [g], a.z, variance);

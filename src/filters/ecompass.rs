@@ -45,6 +45,9 @@ impl<S: Scalar> Filter<S> for Ecompass<S> {
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.q = Quat::select(lanes, q, self.q);
     }
+    fn is_realigned(&self) -> bool {
+        false
+    }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.q = tilted(self.q, sample, dt);

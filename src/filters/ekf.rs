@@ -7,8 +7,9 @@ use nalgebra::SMatrix;
 use super::Integration;
 use super::error_state::ErrorState;
 use super::kalman::{
-    SATURATION, Square, across, block, cap, column, congruent, diagonal, filled, inflate, new_vertical, none, none3,
-    plus, product, put_rows, reported, saturated, select, set_block, sum3, symmetric, transposed, vec3, zeros,
+    SATURATION, Square, UNKNOWN_ANGLE, across, angle_variance, block, cap, column, congruent, diagonal, filled,
+    inflate, new_vertical, none, none3, plus, product, put_rows, reported, saturated, select, set_block, sum3,
+    symmetric, transposed, vec3, zeros,
 };
 use super::quaternions::{
     dot4, exponential, first_order, left, north_derivative, right, symmetric4, up_derivative, xi,
@@ -115,6 +116,9 @@ const LARGEST_RATE: f64 = 1e4;
 /// The largest variance of a quaternion's component, and of the angular rate in rad²/s².
 const LARGEST_VARIANCES: [f64; 2] = [1.0, 1e4];
 
+/// How sure this filter is of the inclination in motion at best, in rad.
+const UNSURE: f64 = 0.05;
+
 /// The largest half turn in rad of a first-order step.
 const LARGEST_TURN: f64 = 10.0;
 
@@ -141,6 +145,8 @@ pub struct EKF<S: Scalar> {
 impl<S: Scalar> Filter<S> for EKF<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    // Not HAS_COVARIANCE: where the attitude is unknown its small variances take the first specific force for the vertical.
+    const WATCHED: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         let mut new = EKF {
@@ -175,6 +181,18 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    /// The covariance of this filter is not one to be watched by: its noises are those of a sensor at rest, in motion it is far
+    /// too sure. A gross error is one by any measure.
+    fn claimed(&self) -> [S; 2] {
+        [S::of(UNSURE * UNSURE), S::one()]
+    }
+    #[cold]
+    #[inline(never)]
+    fn reopen(&mut self, lanes: S::Mask, _bias: Vec3<S>) {
+        self.error.p = select(lanes, &start(&self.params, self.q), &self.error.p);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let params = &self.params;
         let moves = S::zero().lt(dt);
@@ -198,13 +216,17 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         // h and the innovations of all sensors at the predicted state, then (25)-(26) component after component
         self.innovation = [none3(); 3];
         self.nis = [none(); 3];
-        if !input && moves.any() {
+        let shown = moves & !sample.lost;
+        if !input && shown.any() {
             let innovation = measured_rate - self.rate;
-            let nis = self.error.measure::<4, 1>(moves, [S::one()], innovation.x, v_gyr[0]);
-            let nis = nis + self.error.measure::<5, 1>(moves, [S::one()], innovation.y, v_gyr[1]);
-            let nis = nis + self.error.measure::<6, 1>(moves, [S::one()], innovation.z, v_gyr[2]);
-            self.report(0, moves, innovation, nis);
+            let nis = self.error.measure::<4, 1>(shown, [S::one()], innovation.x, v_gyr[0]);
+            let nis = nis + self.error.measure::<5, 1>(shown, [S::one()], innovation.y, v_gyr[1]);
+            let nis = nis + self.error.measure::<6, 1>(shown, [S::one()], innovation.z, v_gyr[2]);
+            self.report(0, shown, innovation, nis);
         }
+        // V is that of a sample at the gyroscope's rate.
+        let (acc_steps, mag_steps) = (sample.acc.steps(dt), sample.mag.steps(dt));
+        let (v_acc, v_mag) = (v_acc.map(|v| v / acc_steps), v_mag.map(|v| v / mag_steps));
         let valid = sample.acc.valid;
         if valid.any() {
             let z = saturated(sample.acc.value * (S::one() / self.params.gravity), S::of(SATURATION));
@@ -215,7 +237,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         }
         let valid = sample.mag.valid;
         if valid.any() {
-            self.refer(valid, sample, dt);
+            self.refer(valid, sample, sample.mag.interval);
             let norm = (self.horizontal * self.horizontal + self.vertical * self.vertical).sqrt();
             let (north, up) = (self.horizontal / norm, self.vertical / norm);
             let z = saturated(sample.mag.value * (S::one() / norm), S::of(SATURATION));
@@ -355,9 +377,9 @@ fn start<S: Scalar>(params: &Params<S>, q: Quat<S>) -> Square<S, 7> {
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>, rate: &Square<S, 3>) -> Square<S, 7> {
     let up = column(q.matrix().z);
-    let given = params.initial_heading * params.initial_heading;
+    let given = angle_variance(params.initial_heading);
     let mean = (params.mag_variance_x + params.mag_variance_y + params.mag_variance_z) * S::of(4.0 / 3.0);
-    let heading = S::select(S::zero().lt(params.initial_heading), given, mean);
+    let heading = S::select(S::zero().lt(params.initial_heading), given, mean.min(S::of(UNKNOWN_ANGLE)));
     let tilt = congruent(&across(&up), inclination);
     let p = symmetric(|i, j| S::of(0.25) * (tilt[(i, j)] + heading * up[i] * up[j]));
     let xi = xi(q);
@@ -373,9 +395,9 @@ fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>
 /// The inclination's variance at the start.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn inclination_variance<S: Scalar>(params: &Params<S>) -> S {
-    let given = params.initial_inclination * params.initial_inclination;
+    let given = angle_variance(params.initial_inclination);
     let mean = (params.acc_variance_x + params.acc_variance_y + params.acc_variance_z) * S::of(1.0 / 3.0);
-    S::select(S::zero().lt(params.initial_inclination), given, mean)
+    S::select(S::zero().lt(params.initial_inclination), given, mean.min(S::of(UNKNOWN_ANGLE)))
 }
 
 /// Corrects by the three components of a direction.

@@ -4,9 +4,10 @@ use super::Integration;
 use super::field::VERTICAL_FIELD;
 use super::kalman::none;
 use super::stationary::{Clock, Offset, within};
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Matrix3, Quat, Vec3};
+use crate::status::Flags;
 use crate::trig::{atan2, sin_cos};
 
 /// The description.
@@ -169,11 +170,18 @@ impl<S: Scalar> Filter<S> for Fusion<S> {
         }
         let startup = self.start(gyr, dt);
         let r = self.q.matrix();
-        let mut error = self.inclination_error(r, sample, startup, dt);
-        error.z = self.heading_error(r, sample, startup, dt);
+        let weights = sample.weights(dt);
+        let mut error = self.inclination_error(r, sample, startup, weights.time * weights.acc);
+        error.z = self.heading_error(r, sample, startup, weights.time * weights.mag);
         // ω = ω_gyr + gain e. After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
         let half = S::of(0.5);
-        let feedback = (self.gain * dt).min(S::one());
+        let mut feedback = (self.gain * weights.time).min(S::one());
+        if sample.late(dt).any() {
+            // Each error by its own time.
+            let [acc, mag] = [weights.acc, weights.mag].map(|weight| (self.gain * weights.time * weight).min(S::one()));
+            error = Vec3::new(error.x * acc, error.y * acc, error.z * mag);
+            feedback = S::one();
+        }
         let half_turn = gyr * (half * dt) + r.transpose_apply(error) * (half * feedback);
         let integration = match self.params.integration {
             Step::FirstOrder => Integration::FirstOrder,

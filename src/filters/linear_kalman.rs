@@ -76,6 +76,7 @@ pub struct LinearKalman<S: Scalar> {
 impl<S: Scalar> Filter<S> for LinearKalman<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    const HAS_COVARIANCE: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         let axis = Axis::new(params);
@@ -95,6 +96,12 @@ impl<S: Scalar> Filter<S> for LinearKalman<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+    fn lose_rotation(&mut self, lanes: S::Mask, variance: S) {
+        for axis in [&mut self.roll, &mut self.pitch] {
+            axis.error.p[(0, 0)] = axis.error.p[(0, 0)] + S::select(lanes, variance, S::zero());
+        }
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let before = Euler::from_quat(self.q);
         // Parikh eq. 1 in three dimensions
@@ -109,10 +116,13 @@ impl<S: Scalar> Filter<S> for LinearKalman<S> {
 
         let (measured, roll_defined) = accelerometer_angles(sample.acc.unit, predicted);
         let valid = sample.acc.valid;
+        // R is that of a sample at the gyroscope's rate.
+        let variance = self.params.angle_variance / sample.acc.steps(dt);
         let mut angles = predicted;
-        angles.roll =
-            angles.roll + self.roll.correct(&self.params, valid & roll_defined, wrap(measured.roll - predicted.roll));
-        angles.pitch = angles.pitch + self.pitch.correct(&self.params, valid, wrap(measured.pitch - predicted.pitch));
+        angles.roll = angles.roll
+            + self.roll.correct(&self.params, valid & roll_defined, wrap(measured.roll - predicted.roll), variance);
+        angles.pitch =
+            angles.pitch + self.pitch.correct(&self.params, valid, wrap(measured.pitch - predicted.pitch), variance);
         self.q = angles.to_quat();
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -192,13 +202,13 @@ impl<S: Scalar> Axis<S> {
 
     /// Table I with H = [1, 0] (Parikh eq. 2); corrects the bias and gives the correction of the angle.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn correct(&mut self, params: &Params<S>, lanes: S::Mask, innovation: S) -> S {
+    fn correct(&mut self, params: &Params<S>, lanes: S::Mask, innovation: S, variance: S) -> S {
         self.innovation = S::select(lanes, innovation, none());
         self.nis = none();
         if !lanes.any() {
             return S::zero();
         }
-        let nis = self.error.measure::<0, 1>(lanes, [S::one()], innovation, params.angle_variance);
+        let nis = self.error.measure::<0, 1>(lanes, [S::one()], innovation, variance);
         self.nis = S::select(lanes, nis, none());
         let x = self.error.take(|| initial_covariance(params));
         self.bias = self.bias + x[1];

@@ -3,9 +3,10 @@
 use super::Integration;
 use super::adaptive::trust;
 use super::vector::{DirectionError, direction_error};
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Preset, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample, Weights};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Frame, Quat, Vec3, first_order_step};
+use crate::status::Flags;
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -88,24 +89,28 @@ impl<S: Scalar> Filter<S> for Madgwick<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
+        let weights = sample.weights(dt);
         let share = trust(sample, self.params.acc_threshold);
         self.acc_rejected = share.le(S::zero());
         let descent = match self.params.gradient {
-            Gradient::Tangent => tangent_descent(self.q, sample, share),
-            Gradient::Paper => paper_descent(self.q, sample, share),
+            Gradient::Tangent => tangent_descent(self.q, sample, share, &weights),
+            Gradient::Paper => paper_descent(self.q, sample, share, &weights),
         };
         self.descent = descent;
         // After a gap one sample's gradient stands for the whole of it: it may reach the minimum, not pass it.
-        let turn = S::of(2.0) * self.params.beta * dt;
+        let time = weights.time;
+        let turn = S::of(2.0) * self.params.beta * time;
         let gap = S::of(LARGE_TURN).lt(turn);
-        let mut feedback = dt;
+        let mut feedback = time;
         if gap.any() {
             let share = descent.norm2.sqrt().max(S::of(LARGE_TURN)).min(turn) / turn;
-            feedback = S::select(gap, dt * share, dt);
+            feedback = S::select(gap, time * share, time);
         }
         // ω_b = ζ ∫ ω_e dt (Ludwig Alg. 2, line 6)
         if !self.bias_stays_zero() {
-            self.bias = self.bias + descent.error * descent.over_norm(S::of(-2.0) * self.params.zeta * feedback);
+            // An attitude that was lost is no error of the gyroscope.
+            let learns = S::select(sample.recovering, S::zero(), feedback);
+            self.bias = self.bias + descent.error * descent.over_norm(S::of(-2.0) * self.params.zeta * learns);
         }
         // ½ (ω − ω_b − β ω_e) dt (Ludwig Alg. 2, lines 5, 7 and 8, with the conjugate that line 5 lacks; Çoçoli eqs
         // 17-19)
@@ -168,22 +173,22 @@ impl<S: Scalar> Descent<S> {
 /// The gradient's part along rotations. For f = (v̂ − a, m̂ − m) that part of ½‖f‖² is −(a × v̂ + m × m̂) for a small
 /// rotation of the sensor.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S) -> Descent<S> {
-    let DirectionError { sensor, norm2 } = direction_error(q.matrix(), sample, share);
+fn tangent_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S, weights: &Weights<S>) -> Descent<S> {
+    let DirectionError { sensor, norm2 } = direction_error(q.matrix(), sample, share, weights);
     Descent { along_q: S::zero(), error: sensor, norm2 }
 }
 
 /// The published gradient.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S) -> Descent<S> {
+fn paper_descent<S: Scalar>(q: Quat<S>, sample: &Sample<S>, share: S, weights: &Weights<S>) -> Descent<S> {
     // With north on x, as the published Jacobians have it.
     let q = Frame::Nwu.from_enu::<S>() * q;
     let zero = Quat::of([0.0; 4]);
-    let mut whole = Quat::select(sample.acc.valid, gravity_gradient(q, sample.acc.unit), zero);
+    let mut whole = Quat::select(sample.acc.valid, gravity_gradient(q, sample.acc.unit), zero).scale(weights.acc);
     let counts_whole = S::one().le(share).all();
     let mut gradient = if counts_whole { whole } else { whole.scale(share) };
     if sample.mag.valid.any() {
-        let field = Quat::select(sample.mag.valid, field_gradient(q, sample.mag.unit), zero);
+        let field = Quat::select(sample.mag.valid, field_gradient(q, sample.mag.unit), zero).scale(weights.mag);
         whole = whole.plus(field);
         gradient = gradient.plus(field);
     }

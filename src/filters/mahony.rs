@@ -3,9 +3,10 @@
 use super::Integration;
 use super::adaptive::trust;
 use super::vector::direction_error;
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Preset, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Preset, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
+use crate::status::Flags;
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -79,22 +80,28 @@ impl<S: Scalar> Filter<S> for Mahony<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         // Ludwig Alg. 1, lines 1-3; Çoçoli eq. 9 with the accelerometer normalised
+        let weights = sample.weights(dt);
         let share = trust(sample, self.params.acc_threshold);
         self.acc_rejected = share.le(S::zero());
-        self.error = direction_error(self.q.matrix(), sample, share).sensor;
+        self.error = direction_error(self.q.matrix(), sample, share, &weights).sensor;
         // After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
         let mut kp = self.params.kp;
-        let mut feedback = dt;
-        let gap = S::of(0.5).lt(kp * dt);
+        let time = weights.time;
+        let mut feedback = time;
+        let gap = S::of(0.5).lt(kp * time);
         if gap.any() {
-            feedback = S::select(gap, S::of(0.5) / kp, dt);
-            kp = S::select(gap, S::of(0.5) / dt, kp);
+            feedback = S::select(gap, S::of(0.5) / kp, time);
+            kp = S::select(gap, S::of(0.5) / time, kp);
+        }
+        // An attitude that was lost is no error of the gyroscope.
+        if sample.recovering.any() {
+            feedback = S::select(sample.recovering, S::zero(), feedback);
         }
         // Ludwig Alg. 1, line 4; Çoçoli eq. 10 (their integral error is −bias/ki)
         self.bias = self.bias - self.error * (self.params.ki * feedback);
         // Ludwig Alg. 1, lines 5-6; Çoçoli eqs 11-13, with ½ dt taken into each term of ω
         let half_dt = S::of(0.5) * dt;
-        let half_turn = (sample.gyr - self.bias) * half_dt + self.error * (kp * half_dt);
+        let half_turn = (sample.gyr - self.bias) * half_dt + self.error * (kp * (S::of(0.5) * time));
         self.q = self.params.integration.step(self.q, half_turn);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]

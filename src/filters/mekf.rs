@@ -6,14 +6,15 @@ use super::delay::{LONGEST_DELAY, caught_up};
 use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
-    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, filled, inflate,
-    new_vertical, none, none3, product, put_rows, reported, rows, saturated, set_block, sum3, symmetric, transposed,
-    vec3,
+    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, angle_variance, block, cap_group, congruent, diagonal, filled,
+    inflate, new_vertical, none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3,
+    symmetric, transposed, vec3,
 };
 use super::rest::{LONGEST_TIME, LONGEST_WAIT, Rest, Thresholds};
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Matrix3, Quat, Vec3, exp_half, rotate_by};
+use crate::status::Flags;
 use crate::trig::{atan2, wrap};
 
 /// The description.
@@ -141,6 +142,8 @@ pub struct MEKF<S: Scalar> {
 impl<S: Scalar> Filter<S> for MEKF<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    const HAS_COVARIANCE: bool = true;
+    const WATCHED: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         let zero = S::zero();
@@ -181,11 +184,33 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+    fn lose_rotation(&mut self, lanes: S::Mask, variance: S) {
+        for i in 0..BIAS {
+            self.error.p[(i, i)] = self.error.p[(i, i)] + S::select(lanes, variance, S::zero());
+        }
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn claimed(&self) -> [S; 2] {
+        let p = &self.error.p;
+        [p[(0, 0)].max(p[(1, 1)]), p[(TURN, TURN)]]
+    }
+    #[cold]
+    #[inline(never)]
+    fn reopen(&mut self, lanes: S::Mask, bias: Vec3<S>) {
+        let start = diagonal(|i| initial_variance(&self.params, i));
+        self.error.p = select(lanes, &start, &self.error.p);
+        self.bias = Vec3::select(lanes, bias, self.bias);
+        for mean in &mut self.mean_acc {
+            *mean = S::select(lanes, S::zero(), *mean);
+        }
+        self.field.rejected = S::select(lanes, S::zero(), self.field.rejected);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.innovation = none3();
         self.nis = [none(); 2];
         self.flags = Flags::none();
-        let r = self.predict(sample.gyr, dt);
+        let r = self.predict(sample, dt);
         let longest = S::of(LONGEST_INTERVAL);
         self.acc_interval = (self.acc_interval + dt).min(longest);
         self.mag_interval = (self.mag_interval + dt).min(longest);
@@ -247,11 +272,12 @@ impl<S: Scalar> MEKF<S> {
 
     /// Attitude and covariance after dt; gives the new rotation matrix. dδ/dt = −R (b − b̂), by the trapezoidal rule.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn predict(&mut self, gyr: Vec3<S>, dt: S) -> Matrix3<S> {
+    fn predict(&mut self, sample: &Sample<S>, dt: S) -> Matrix3<S> {
         let before = rows(self.q.matrix());
-        self.q = rotate_by(self.q, gyr - self.bias, dt);
+        self.q = rotate_by(self.q, sample.gyr - self.bias, dt);
         let r = self.q.matrix();
-        let half_dt = S::of(0.5) * dt;
+        // A rotation that was lost shows nothing of the bias.
+        let half_dt = S::of(0.5) * S::select(sample.lost, S::zero(), dt);
         let after = rows(r);
         let turn: Square<S, 3> = filled(|i, j| (after[(i, j)] + before[(i, j)]) * half_dt);
 
@@ -382,12 +408,11 @@ impl<S: Scalar> MEKF<S> {
 /// The variances at the start.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn initial_variance<S: Scalar>(params: &Params<S>, i: usize) -> S {
-    let deviation = match i {
-        0 | 1 => params.initial_inclination,
-        TURN => params.initial_heading,
-        _ => params.initial_bias,
-    };
-    deviation * deviation
+    match i {
+        0 | 1 => angle_variance(params.initial_inclination),
+        TURN => angle_variance(params.initial_heading),
+        _ => params.initial_bias * params.initial_bias,
+    }
 }
 
 /// An entry of the covariance `p` with the attitude's errors from `first` on as at the start.

@@ -54,6 +54,9 @@ impl<S: Scalar> Filter<S> for Trigonometric<S> {
     fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {
         self.euler = Euler::select(lanes, Euler::from_quat(q), self.euler);
     }
+    fn is_realigned(&self) -> bool {
+        self.params.source == Source::Gyr
+    }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let measured = match self.params.source {

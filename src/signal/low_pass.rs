@@ -73,6 +73,18 @@ impl<S: Scalar, const N: usize> LowPass<S, N> {
         LowPass { value: values, time: Sum::new(coefficients.tau), ..Self::default() }
     }
 
+    /// The same where the mask is true.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn set(&mut self, lanes: S::Mask, values: [S; N], coefficients: &Coefficients<S>) {
+        let at = Self::at(values, coefficients);
+        for i in 0..N {
+            self.slope[i] = S::select(lanes, at.slope[i], self.slope[i]);
+            self.value[i] = S::select(lanes, at.value[i], self.value[i]);
+        }
+        self.count = S::select(lanes, at.count, self.count);
+        self.time = Sum::select(lanes, at.time, self.time);
+    }
+
     /// Takes a sample after the coefficients' step where the mask is true, and gives the filtered one; where the mask is
     /// false that lane of what it gives has no meaning.
     #[cfg_attr(not(debug_assertions), inline(always))]

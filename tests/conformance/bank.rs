@@ -32,7 +32,7 @@ pub const BOTH: Sensors = Sensors { acc: true, mag: true };
 pub struct Reading {
     pub quat: [f64; 4],
     pub gyr_bias: [f64; 3],
-    pub status: u8,
+    pub status: u16,
     pub outputs: Vec<f64>,
 }
 
@@ -257,7 +257,7 @@ pub fn settings() -> Vec<Settings> {
     let mut all = Vec::new();
     for (_, frame) in Frame::ALL {
         for (_, gyr_hold) in GyrHold::ALL {
-            all.extend([0.0, -0.2].map(|declination| Settings { frame, declination, gyr_hold }));
+            all.extend([0.0, -0.2].map(|declination| Settings { frame, declination, gyr_hold, ..Settings::default() }));
         }
     }
     all

@@ -1,6 +1,6 @@
 //! No input makes a filter panic, poisons its state, or gives anything but a unit quaternion.
 
-use ahrs_rs::{Frame, GyrHold, Settings};
+use ahrs_rs::{Frame, GyrHold, Repeated, Settings};
 use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::test_runner::RngSeed;
@@ -62,11 +62,17 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     let frame = select(Frame::ALL.to_vec()).prop_map(|(_, frame)| frame);
     let hold = select(GyrHold::ALL.to_vec()).prop_map(|(_, hold)| hold);
     // The declination is checked where it comes in; any angle is one.
-    (frame, prop_oneof![Just(0.0), -7.0..7.0_f64], hold).prop_map(|(frame, declination, gyr_hold)| Settings {
-        frame,
-        declination,
-        gyr_hold,
-    })
+    let repeated = select(Repeated::ALL.to_vec()).prop_map(|(_, rule)| rule);
+    let range = prop_oneof![Just(0.0), 0.1..40.0_f64];
+    (frame, prop_oneof![Just(0.0), -7.0..7.0_f64], hold, repeated, range).prop_map(
+        |(frame, declination, gyr_hold, repeated, gyr_range)| Settings {
+            frame,
+            declination,
+            gyr_hold,
+            repeated,
+            gyr_range,
+        },
+    )
 }
 
 proptest! {

@@ -6,10 +6,10 @@ use ahrs_rs::{GyrHold, Settings, Vec3};
 use crate::bank::{ACC, BOTH, NONE, Reading, Row, choices, run, scalars};
 use crate::recording::{NO_MEASUREMENT, NO_RATE, array, moving, quat};
 
-pub const ACC_MISSING: u8 = 1;
-pub const MAG_MISSING: u8 = 2;
-pub const GYR_HELD: u8 = 4;
-pub const NOT_ALIGNED: u8 = 64;
+pub const ACC_MISSING: u16 = 1;
+pub const MAG_MISSING: u16 = 2;
+pub const GYR_HELD: u16 = 4;
+pub const NOT_ALIGNED: u16 = 64;
 
 const NAN3: [f64; 3] = [f64::NAN; 3];
 

@@ -26,6 +26,20 @@ def data_folder() -> Path:
 
 
 @pytest.fixture(scope="session")
+def recordings(data_folder: Path) -> list[Path]:
+    """The files of the data sets that `ar.read` takes as they are; beside them are samples of other formats."""
+    folders = ("broad", "repoimu", "fusion", "vqf")
+    files = [
+        file
+        for name in folders
+        for ending in ("hdf5", "csv", "npz")
+        for file in (data_folder / name).glob(f"*.{ending}")
+    ]
+    assert {file.parent.name for file in files} == set(folders)
+    return sorted(files)
+
+
+@pytest.fixture(scope="session")
 def broad(data_folder: Path) -> list[ar.Recording]:
     """The 12 recordings of BROAD over which the references are means."""
     files = sorted((data_folder / "broad").glob("*.hdf5"))

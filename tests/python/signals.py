@@ -114,6 +114,11 @@ class Signals:
         """With the measurements rounded to a dtype."""
         return replace(self, gyr=self.gyr.astype(dtype), acc=self.acc.astype(dtype), mag=self.mag.astype(dtype))
 
+    def rounded(self) -> Signals:
+        """With the measurements as multiples of 2⁻²⁰, which hide that numpy's last bits depend on the processor."""
+        arrays = {name: np.rint(getattr(self, name) * 2.0**20) / 2.0**20 for name in ("gyr", "acc", "mag")}
+        return replace(self, **arrays)
+
     def turned(self, mounting: Rotation) -> Signals:
         """The same motion measured by a sensor with turned axes: a vector v becomes r v, q becomes q r*."""
         back = quats(mounting.inv())
@@ -198,6 +203,19 @@ def gappy(signals: Signals, seed: int) -> Signals:
     """With random rows missing: 2 % of gyr, 10 % of acc, half of mag."""
     draw = np.random.default_rng(seed).random((3, len(signals)))
     return signals.without(gyr=draw[0] < 0.02, acc=draw[1] < 0.1, mag=draw[2] < 0.5)
+
+
+def hostile(samples: int, seed: int) -> Signals:
+    """Measurements of which a fifth of the rows hold something that is hardly a measurement."""
+    rng = np.random.default_rng(seed)
+    signals = motion(samples, seed, jitter=True)
+    values = [np.nan, 0.0, 1e200, -1e200, 1e-170, 1e-160, 1e-154, 1e154, 5e-324, 1e100, 1e7, -3e8]
+    for array in (signals.gyr, signals.acc, signals.mag):
+        bad = rng.random(samples) < 0.2
+        rows = rng.choice(values, (int(bad.sum()), 3))
+        array[bad] = np.where(rng.random((len(rows), 3)) < 0.5, rows, array[bad])
+        array[rng.random(samples) < 0.02] = 0.0
+    return signals
 
 
 def still(pose: ArrayLike, samples: int, *, nine: bool = True) -> dict[str, Any]:

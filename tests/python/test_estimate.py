@@ -28,7 +28,7 @@ ROUNDING = 4e-15
 
 def estimate(quat: NDArray[Any]) -> ar.Estimate:
     """An estimate of nothing but these attitudes."""
-    status = np.zeros(quat.shape[:-1], np.uint8)
+    status = np.zeros(quat.shape[:-1], np.uint16)
     return ar.Estimate(quat, None, status, np.arange(quat.shape[-2]) / RATE, ar.Tilt().state(), {})
 
 
@@ -53,7 +53,7 @@ def test_shapes_and_dtypes_are_those_of_the_documentation() -> None:
         assert est.quat.shape == (*leading, 4)
         assert est.gyr_bias.shape == (*leading, 3)
         assert est.status.shape == leading
-        assert est.status.dtype == np.uint8
+        assert est.status.dtype == np.uint16
         assert est.extra["innovation"].shape == (*leading, 3)
         assert est.matrix().shape == (*leading, 3, 3)
         assert est.euler().shape == (*leading, 3)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,6 +71,41 @@ def test_an_infinite_value_in_any_lane_is_an_error_that_says_where() -> None:
     estimates = ar.run_many(f, [tuple(broken[:, index]) for index in range(12)], errors="return")
     assert [type(est) for est in estimates] == [ar.Estimate] * 7 + [ValueError] + [ar.Estimate] * 4
     assert np.array_equal(estimates[8].quat, f.run(*data[:, 8]).quat)
+
+
+BITS = """
+import hashlib
+import numpy as np
+import ahrs_rs as ar
+from signals import RATE, gappy, motion
+
+digest = hashlib.sha256()
+for dtype in (np.float64, np.float32):
+    signals = [gappy(motion(150, seed), seed).astype(dtype) for seed in range(19)]
+    data = np.stack([np.stack(one.sensors()) for one in signals], axis=1)
+    for cls in ar.FILTERS.values():
+        est = cls(rate=RATE).run(*data)
+        digest.update(est.quat.tobytes() + est.status.tobytes())
+print(digest.hexdigest())
+"""
+
+
+def with_instructions(name: str) -> subprocess.CompletedProcess[str]:
+    """A process in which the variable for tests and measurements chooses the instructions."""
+    env = {**os.environ, "AHRS_RS_ISA": name}
+    words = [sys.executable, "-c", BITS]
+    return subprocess.run(words, env=env, cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
+
+
+def test_all_instructions_of_this_machine_give_the_same_bits() -> None:
+    refused = with_instructions("none")
+    names = re.search(r"AHRS_RS_ISA: expected one of (.*) on this machine and build, got \"none\"", refused.stderr)
+    assert refused.returncode != 0
+    assert names is not None, refused.stderr
+    runs = {name: with_instructions(name) for name in names[1].split(", ")}
+    assert len(runs) > 1, "one after the other, and at least one kind of lanes"
+    assert {run.returncode for run in runs.values()} == {0}, [run.stderr for run in runs.values()]
+    assert len({run.stdout for run in runs.values()}) == 1, {name: run.stdout for name, run in runs.items()}
 
 
 MEMORY = """

@@ -33,12 +33,8 @@ GRAVITY = 9.80665
 pytestmark = pytest.mark.filterwarnings("ignore::ahrs_rs.DataWarning")
 
 
-@needs_data
-def test_every_shared_recording_is_read_without_a_repair_of_the_samples() -> None:
-    folders = ("broad", "repoimu", "repoimu_more", "fusion", "vqf", "phones", "justa")
-    files = [path for folder in folders for path in sorted((Path(DATA) / folder).glob("*.*")) if path.suffix != ".json"]
-    assert files, "AHRS_RS_DATA names a folder without recordings"
-    for path in files:
+def test_every_shared_recording_is_read_without_a_repair_of_the_samples(recordings: list[Path]) -> None:
+    for path in recordings:
         found = read(path)
         assert len(found) > 1000
         assert found.acc is not None

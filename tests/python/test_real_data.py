@@ -32,10 +32,8 @@ REFERENCES: list[tuple[str, dict[str, Any], tuple[float | None, float | None, fl
 
 
 @pytest.fixture(scope="module")
-def everything(data_folder: Path) -> list[ar.Recording]:
-    files = [file for ending in ("hdf5", "csv", "npz") for file in sorted(data_folder.glob(f"*/*.{ending}"))]
-    assert len({file.parent.name for file in files}) == 4, "BROAD, RepoIMU, Fusion and VQF"
-    return [ar.read(file) for file in files]
+def everything(recordings: list[Path]) -> list[ar.Recording]:
+    return [ar.read(file) for file in recordings]
 
 
 @pytest.mark.parametrize(("name", "params", "expected"), REFERENCES, ids=str)

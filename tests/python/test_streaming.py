@@ -117,7 +117,7 @@ def stream(f: ar.Filter, signals: Signals, dt: np.ndarray | None) -> ar.Estimate
         rows.append((quat, f.gyr_bias, int(f.status)))
     quats, biases, status = zip(*rows, strict=True)
     bias = None if biases[0] is None else np.array(biases)
-    return ar.Estimate(np.array(quats), bias, np.array(status, np.uint8), signals.t, f.state(), {})
+    return ar.Estimate(np.array(quats), bias, np.array(status, np.uint16), signals.t, f.state(), {})
 
 
 @pytest.mark.parametrize("with_t", [False, True], ids=["rate", "t"])

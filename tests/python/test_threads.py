@@ -17,6 +17,8 @@ import ahrs_rs as ar
 from cases import COMMON, Case, assert_same_attitudes, each_case, each_streaming_filter
 from signals import RATE, Signals, gappy, motion
 
+pytestmark = pytest.mark.threads
+
 THREADS = 8
 
 

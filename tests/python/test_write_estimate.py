@@ -21,7 +21,7 @@ def estimate(count: int = 20) -> dict[str, Any]:
         "t": np.arange(count) / 3,
         "quat": quat / np.linalg.norm(quat, axis=1, keepdims=True),
         "gyr_bias": random.standard_normal((count, 3)),
-        "status": random.integers(0, 255, count).astype(np.uint8),
+        "status": random.integers(0, 255, count).astype(np.uint16),
     }
 
 
@@ -43,7 +43,7 @@ def test_estimate_in_csv_and_parquet_holds_the_same_numbers(tmp_path: Path) -> N
     table = parquet.read_table(tmp_path / "a.parquet")
     assert table.column_names == COLUMNS.split(",")
     assert np.array_equal(np.column_stack([column.to_numpy() for column in table.columns]), as_table(values))
-    assert table["status"].to_numpy().dtype == np.uint8
+    assert table["status"].to_numpy().dtype == np.uint16
 
 
 def test_estimate_in_npz_holds_the_arrays(tmp_path: Path) -> None:

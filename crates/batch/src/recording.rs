@@ -1,5 +1,6 @@
 //! One recording through one filter: arrays of any layout, cut into tiles that stay in the cache.
 
+use ahrs_rs::status;
 use ndarray::{ArrayView1, ArrayView2, ArrayViewMut1, ArrayViewMut2, Axis, s};
 
 use crate::registry::Number;
@@ -40,7 +41,7 @@ pub struct Outputs<'a, T> {
     /// (T, 3) biases in rad/s.
     pub gyr_bias: Option<ArrayViewMut2<'a, T>>,
     /// (T,) status bits.
-    pub status: ArrayViewMut1<'a, u8>,
+    pub status: ArrayViewMut1<'a, u16>,
     /// Indices of further outputs of the filter with (T, values) arrays.
     pub extra: Vec<(usize, ArrayViewMut2<'a, T>)>,
 }
@@ -66,12 +67,9 @@ impl Time<'_> {
     }
 }
 
-/// The status bits of a measurement that the filters take for missing: an infinite one is among them.
-pub const HIDES_INFINITE: u8 = 1 | 2 | 4;
-
 /// All status bits of a tile, in the buffer or in the array itself.
-fn status_of(buffer: &[[u8; 1]], out: &ArrayViewMut2<'_, u8>) -> u8 {
-    let bits = |all: u8, status: &u8| all | status;
+fn status_of(buffer: &[[u16; 1]], out: &ArrayViewMut2<'_, u16>) -> u16 {
+    let bits = |all: u16, status: &u16| all | status;
     if buffer.is_empty() { out.iter().fold(0, bits) } else { buffer.as_flattened().iter().fold(0, bits) }
 }
 
@@ -124,11 +122,11 @@ pub fn run_from<T: Number>(
             dt: &dt,
             quat: room(&mut quat, &mut quat_out),
             gyr_bias: bias_out.as_mut().map(|out| room(&mut gyr_bias, out)),
-            status: room::<u8, 1>(&mut status, &mut status_out).as_flattened_mut(),
+            status: room::<u16, 1>(&mut status, &mut status_out).as_flattened_mut(),
             extra: &mut extra,
         });
         let missing = status_of(&status, &status_out);
-        if missing & HIDES_INFINITE != 0 && sensors_infinite(recording, start, end) {
+        if missing & status::ANY_MISSING != 0 && sensors_infinite(recording, start, end) {
             infinite = true;
         }
         write_back(&quat, &mut quat_out);

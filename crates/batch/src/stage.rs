@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 
-use crate::recording::{HIDES_INFINITE, Outputs, Recording, sensors_infinite};
+use crate::recording::{Outputs, Recording, sensors_infinite};
 use crate::registry::Number;
+use ahrs_rs::status;
 use ahrs_rs_lanes::bank::{Bank, Rows};
 use ahrs_rs_lanes::prefetch::{CACHE_LINE, PrefetchPlan};
 use ahrs_rs_lanes::transpose::deinterleave;
@@ -29,7 +30,7 @@ pub struct Stage<T> {
     dt: Aligned<T>,
     quat: Aligned<T>,
     gyr_bias: Aligned<T>,
-    status: Aligned<u8>,
+    status: Aligned<u16>,
     has_acc: bool,
     has_mag: bool,
     /// Set where all of the steps in the tile are the same, and the same as before.
@@ -37,7 +38,7 @@ pub struct Stage<T> {
     steps: Vec<T>,
     /// Rows of arrays whose numbers do not lie next to each other.
     scratch: Vec<T>,
-    status_scratch: Vec<u8>,
+    status_scratch: Vec<u16>,
     prefetch: PrefetchPlan,
 }
 
@@ -127,7 +128,7 @@ impl<T: Number> Stage<T> {
     /// The lanes of the tile, which begins at sample `start`, that hold an infinite value. The filters take it for missing
     /// and say so, so that data in which nothing is missing are not searched.
     pub fn infinite(&self, inputs: &[Input<'_, T>], start: usize) -> Vec<usize> {
-        if self.statuses() & HIDES_INFINITE == 0 {
+        if self.statuses() & status::ANY_MISSING == 0 {
             return Vec::new();
         }
         let lanes = inputs.iter().enumerate();
@@ -135,7 +136,7 @@ impl<T: Number> Stage<T> {
     }
 
     /// All status bits of the tile.
-    fn statuses(&self) -> u8 {
+    fn statuses(&self) -> u16 {
         self.status.get(self.lanes * self.rows).iter().fold(0, |bits, &status| bits | status)
     }
 
@@ -170,7 +171,7 @@ impl<T: Number> Stage<T> {
         out_of_lanes(self.gyr_bias.get(3 * lanes * rows), gyr_bias, part.clone(), &mut self.scratch, apart);
         let status = outputs.iter_mut().map(|out| &mut out.status);
         let all_zero = self.statuses() == 0;
-        let apart = |from: &[u8], to: &mut [&mut [u8]]| {
+        let apart = |from: &[u16], to: &mut [&mut [u16]]| {
             if all_zero {
                 for places in to {
                     places.fill(0);
@@ -268,7 +269,7 @@ impl<'a, T: Number> Input<'a, T> {
 pub struct Output<'a, T> {
     quat: Sink<'a, T>,
     gyr_bias: Option<Sink<'a, T>>,
-    status: Sink<'a, u8>,
+    status: Sink<'a, u16>,
 }
 
 impl<'a, T: Number> Output<'a, T> {

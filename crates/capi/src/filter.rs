@@ -5,7 +5,7 @@ use core::ffi::c_void;
 use ahrs_rs::params::ParamSet;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Quat, Settings, Vec3};
 
-use crate::{AHRS_OK, AHRS_PARAMETER, AHRS_TOO_MANY};
+use crate::{AHRS_OK, AHRS_PARAMETER, AHRS_TOO_MANY, AhrsSettings};
 
 type Update = unsafe fn(*mut c_void, Vec3<f32>, Option<Vec3<f32>>, Option<Vec3<f32>>, f32) -> Quat<f32>;
 
@@ -16,12 +16,12 @@ pub struct AhrsFilter {
     pub spec: fn() -> &'static FilterSpec,
     /// The bytes of its memory.
     pub size: usize,
-    pub(crate) init: unsafe fn(*mut c_void, &[f32], Settings, f32) -> i32,
+    pub(crate) init: unsafe fn(*mut c_void, &[f32], Settings, &AhrsSettings) -> i32,
     pub(crate) start_from: unsafe fn(*mut c_void, Quat<f32>),
     pub(crate) update: Update,
     pub(crate) quat: unsafe fn(*const c_void) -> Quat<f32>,
     pub(crate) gyr_bias: unsafe fn(*const c_void) -> Vec3<f32>,
-    pub(crate) status: unsafe fn(*const c_void) -> u8,
+    pub(crate) status: unsafe fn(*const c_void) -> u16,
 }
 
 /// What every memory begins with: whose it is.
@@ -32,7 +32,7 @@ pub(crate) type Head = Option<&'static AhrsFilter>;
 struct Instance<F> {
     head: Head,
     estimator: Estimator<f32, F>,
-    status: u8,
+    status: u16,
 }
 
 /// The functions of one filter.
@@ -48,7 +48,7 @@ where
         memory: *mut c_void,
         values: &[f32],
         settings: Settings,
-        declination: f32,
+        given: &AhrsSettings,
         whose: &'static AhrsFilter,
     ) -> i32 {
         let mut params = F::Params::default();
@@ -60,7 +60,9 @@ where
                 return code;
             }
         }
-        let estimator = Estimator::new(&params, Settings { declination: 0.0, ..settings }).declined_by(declination);
+        let estimator = Estimator::new(&params, settings);
+        // Numbers in `f32`, which is all that the microcontroller has a unit for.
+        let estimator = estimator.with_declination(given.declination).with_gyr_range(given.gyr_range);
         // SAFETY: the caller has checked size and alignment.
         unsafe { memory.cast::<Self>().write(Instance { head: Some(whose), estimator, status: 0 }) };
         AHRS_OK
@@ -90,7 +92,7 @@ where
         // SAFETY: an instance was written there.
         unsafe { &*memory.cast::<Self>() }.estimator.filter().gyr_bias()
     }
-    unsafe fn status(memory: *const c_void) -> u8 {
+    unsafe fn status(memory: *const c_void) -> u16 {
         // SAFETY: an instance was written there.
         unsafe { &*memory.cast::<Self>() }.status
     }
@@ -107,8 +109,8 @@ macro_rules! filters {
                     spec: || <$krate::filters::$name<f32> as Filter<f32>>::SPEC,
                     size: size_of::<This>(),
                     // SAFETY: the same demands.
-                    init: |memory, values, settings, declination| unsafe {
-                        This::init(memory, values, settings, declination, &$name)
+                    init: |memory, values, settings, given| unsafe {
+                        This::init(memory, values, settings, given, &$name)
                     },
                     start_from: This::start_from,
                     update: This::update,

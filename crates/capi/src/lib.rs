@@ -15,7 +15,7 @@ mod filter;
 use core::ffi::c_void;
 use core::slice;
 
-use ahrs_rs::{Frame, GyrHold, Quat, Settings, Vec3};
+use ahrs_rs::{Frame, GyrHold, Quat, Repeated, Settings, Vec3};
 
 use filter::Head;
 pub use filter::{AhrsFilter, FILTERS};
@@ -47,22 +47,31 @@ pub const AHRS_ZERO_ORDER: u8 = 0;
 /// The angular rate over a step is the mean of those at both ends.
 pub const AHRS_LINEAR: u8 = 1;
 
+/// A repeated row is a measurement as any other.
+pub const AHRS_NEW: u8 = 0;
+/// A repeated row is none, while the gyroscope's differs, for 1 s at most.
+pub const AHRS_MISSING: u8 = 1;
+
 /// There was no usable accelerometer sample.
-pub const AHRS_ACC_MISSING: u8 = 1;
+pub const AHRS_ACC_MISSING: u16 = 1;
 /// There was no usable magnetometer sample.
-pub const AHRS_MAG_MISSING: u8 = 2;
+pub const AHRS_MAG_MISSING: u16 = 2;
 /// There was no usable gyroscope sample: the last angular rate was held.
-pub const AHRS_GYR_HELD: u8 = 4;
+pub const AHRS_GYR_HELD: u16 = 4;
 /// The filter did not trust the accelerometer.
-pub const AHRS_ACC_REJECTED: u8 = 8;
+pub const AHRS_ACC_REJECTED: u16 = 8;
 /// The filter did not trust the magnetometer.
-pub const AHRS_MAG_REJECTED: u8 = 16;
+pub const AHRS_MAG_REJECTED: u16 = 16;
 /// The sensor rests.
-pub const AHRS_REST: u8 = 32;
+pub const AHRS_REST: u16 = 32;
 /// No accelerometer sample has come yet.
-pub const AHRS_NOT_ALIGNED: u8 = 64;
-/// The filter recovers from a long rejection.
-pub const AHRS_RECOVERING: u8 = 128;
+pub const AHRS_NOT_ALIGNED: u16 = 64;
+/// The filter recovers from a long rejection, or from a rotation that was lost.
+pub const AHRS_RECOVERING: u16 = 128;
+/// The step was much longer than usual.
+pub const AHRS_GAP: u16 = 256;
+/// A row repeats its sensor's last one and was taken for missing, as the settings ask.
+pub const AHRS_REPEATED: u16 = 512;
 
 /// What is chosen beside a filter's own parameters. All zero is the default.
 #[repr(C)]
@@ -74,14 +83,20 @@ pub struct AhrsSettings {
     pub frame: u8,
     /// How the angular rate runs between samples: AHRS_ZERO_ORDER or AHRS_LINEAR.
     pub gyr_hold: u8,
+    /// What a row is that repeats its sensor's last one: AHRS_NEW or AHRS_MISSING.
+    pub repeated: u8,
+    /// The largest rate in rad/s that an axis of the gyroscope shows: what is beyond it is lost. 0 where it is not known.
+    pub gyr_range: f32,
 }
 
 impl AhrsSettings {
-    /// The settings, without the declination; `None` where one is not allowed.
+    /// The settings, without the numbers; `None` where one is not allowed.
     fn read(self) -> Option<Settings> {
         let &(_, frame) = Frame::ALL.get(usize::from(self.frame))?;
         let &(_, gyr_hold) = GyrHold::ALL.get(usize::from(self.gyr_hold))?;
-        self.declination.is_finite().then_some(Settings { frame, declination: 0.0, gyr_hold })
+        let &(_, repeated) = Repeated::ALL.get(usize::from(self.repeated))?;
+        let allowed = self.declination.is_finite() && self.gyr_range.is_finite() && self.gyr_range >= 0.0;
+        allowed.then_some(Settings { frame, gyr_hold, repeated, ..Settings::default() })
     }
 }
 
@@ -134,7 +149,7 @@ pub unsafe extern "C" fn ahrs_init(
         _ => unsafe { slice::from_raw_parts(values, count) },
     };
     // SAFETY: the memory is large enough and aligned.
-    unsafe { (filter.init)(memory, values, settings, given.declination) }
+    unsafe { (filter.init)(memory, values, settings, &given) }
 }
 
 /// The filter in a memory.

@@ -7,7 +7,7 @@ use std::ffi::c_void;
 use std::ptr::{from_mut, from_ref, null, null_mut};
 
 use ahrs_rs::params::{ParamKind, ParamSet};
-use ahrs_rs::{Estimator, Filter, Frame, GyrHold, Quat, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, Frame, GyrHold, Quat, Repeated, Settings, Vec3};
 use ahrs_rs_c::*;
 
 /// Bytes that hold every filter: SelfCalKF in f32 takes 4.8 kB.
@@ -60,6 +60,8 @@ where
         frame: Frame::ALL[usize::from(settings.frame)].1,
         declination: settings.declination.into(),
         gyr_hold: GyrHold::ALL[usize::from(settings.gyr_hold)].1,
+        repeated: Repeated::ALL[usize::from(settings.repeated)].1,
+        gyr_range: settings.gyr_range.into(),
     };
     let mut estimator = Estimator::<f32, F>::new(&params, core_settings);
     let mut memory = Memory::new();
@@ -99,7 +101,13 @@ macro_rules! each {
             $({
                 use $filter as F;
                 assert_the_same_bits::<F<f32>>(&[], AhrsSettings::default(), None);
-                let settings = AhrsSettings { declination: 0.1, frame: AHRS_NED, gyr_hold: AHRS_LINEAR };
+                let settings = AhrsSettings {
+                    declination: 0.1,
+                    frame: AHRS_NED,
+                    gyr_hold: AHRS_LINEAR,
+                    repeated: AHRS_MISSING,
+                    gyr_range: 4.0,
+                };
                 assert_the_same_bits::<F<f32>>(&[], settings, Some([0.5, -0.5, 0.5, 0.5]));
                 // The last choice of each, and every number between its default and its limit.
                 #[allow(clippy::cast_precision_loss, reason = "a few options")]
@@ -173,7 +181,10 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         for settings in [
             AhrsSettings { frame: 3, ..AhrsSettings::default() },
             AhrsSettings { gyr_hold: 2, ..AhrsSettings::default() },
+            AhrsSettings { repeated: 2, ..AhrsSettings::default() },
             AhrsSettings { declination: f32::NAN, ..AhrsSettings::default() },
+            AhrsSettings { gyr_range: -1.0, ..AhrsSettings::default() },
+            AhrsSettings { gyr_range: f32::INFINITY, ..AhrsSettings::default() },
         ] {
             assert_eq!(init(&[], &raw const settings), AHRS_SETTING);
         }

@@ -26,7 +26,7 @@ pub struct Rows<'a, T> {
     /// Gyroscope biases out, or none.
     pub gyr_bias: Option<&'a mut [T]>,
     /// Status bits out.
-    pub status: &'a mut [u8],
+    pub status: &'a mut [u16],
     /// The memory of the next rows.
     pub prefetch: &'a PrefetchPlan,
 }

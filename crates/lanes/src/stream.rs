@@ -7,7 +7,7 @@ use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Settings, Vec3};
 const AHEAD: usize = 64;
 
 /// A quaternion whose squared norm is further from one was not written by a filter: in `f32` it stays within 1e-6.
-const NORM_TOLERANCE: f64 = 1e-3;
+const NORM_TOLERANCE: f64 = 1e-5;
 
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {
@@ -24,7 +24,7 @@ pub struct Tile<'a, T> {
     /// Gyroscope biases out, or none.
     pub gyr_bias: Option<&'a mut [[T; 3]]>,
     /// Status bits out.
-    pub status: &'a mut [u8],
+    pub status: &'a mut [u16],
     /// Indices of further outputs of the filter, each with the rows' values one after the other.
     pub extra: &'a mut [(usize, Vec<T>)],
 }
@@ -36,7 +36,7 @@ pub trait Stream<T>: Send + Sync {
     /// True where nothing has come and no attitude was given, so that the first sample's step does not matter.
     fn is_fresh(&self) -> bool;
     /// Goes on by one sample and gives the status bits.
-    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8;
+    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u16;
     /// Goes on by the samples of a tile. Stops at the shortest of the slices.
     fn run(&mut self, tile: &mut Tile<'_, T>);
     /// The last attitude.
@@ -84,7 +84,7 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
         Estimator::is_fresh(self).all()
     }
 
-    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u8 {
+    fn update(&mut self, gyr: [T; 3], acc: Option<[T; 3]>, mag: Option<[T; 3]>, dt: T) -> u16 {
         self.step(vec3(gyr), acc.map(vec3), mag.map(vec3), dt).flags.bits(0)
     }
 

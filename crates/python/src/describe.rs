@@ -2,7 +2,7 @@
 
 use ahrs_rs::filter::{Equivariance, FilterSpec, Magnetometer};
 use ahrs_rs::params::{ParamKind, is_index};
-use ahrs_rs::{Frame, GyrHold};
+use ahrs_rs::{Frame, GyrHold, Repeated, status};
 use ahrs_rs_batch::{ENTRIES, OFFLINE};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -25,6 +25,18 @@ pub fn frames() -> Vec<&'static str> {
 #[pyfunction]
 pub fn gyr_holds() -> Vec<&'static str> {
     GyrHold::ALL.iter().map(|(name, _)| *name).collect()
+}
+
+/// The names of the rules for rows that repeat their sensor's last one, the default first.
+#[pyfunction]
+pub fn repeated_rules() -> Vec<&'static str> {
+    Repeated::ALL.iter().map(|(name, _)| *name).collect()
+}
+
+/// The names of the status bits, and what they are.
+#[pyfunction]
+pub fn status_bits() -> Vec<(&'static str, u16)> {
+    status::ALL.iter().map(|&(name, bit, _)| (name, bit)).collect()
 }
 
 fn describe<'py>(py: Python<'py>, spec: &FilterSpec, streaming: bool) -> PyResult<Bound<'py, PyDict>> {

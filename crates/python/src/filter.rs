@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ahrs_rs::estimator::LONGEST_STEP;
 use ahrs_rs::params::ParamError;
-use ahrs_rs::{FilterSpec, Frame, GyrHold, Settings};
+use ahrs_rs::{FilterSpec, Frame, GyrHold, Repeated, Settings};
 use ahrs_rs_batch::{Entry, Offline, OfflineEntry, Stream, entry, offline_entry};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -92,7 +92,7 @@ fn wrong(error: ParamError) -> PyErr {
 /// The filter in use, and its clock.
 struct Current<T> {
     stream: Box<dyn Stream<T>>,
-    status: u8,
+    status: u16,
     last_stamp: Option<f64>,
     samples: u64,
 }
@@ -179,7 +179,7 @@ fn read<T: Dtype>(name: &str, object: Option<&Bound<'_, PyAny>>) -> PyResult<Opt
 #[pymethods]
 impl NativeFilter {
     #[new]
-    #[pyo3(signature = (name, values, rate, frame, declination, gyr_hold, dtype))]
+    #[pyo3(signature = (name, values, rate, frame, declination, gyr_hold, repeated, gyr_range, dtype))]
     fn new(
         name: &str,
         values: Vec<f64>,
@@ -187,6 +187,8 @@ impl NativeFilter {
         frame: &str,
         declination: f64,
         gyr_hold: &str,
+        repeated: &str,
+        gyr_range: f64,
         dtype: &str,
     ) -> PyResult<Self> {
         let kind = Kind::of(name).ok_or_else(|| bad("name", "the name of a filter", name))?;
@@ -196,6 +198,9 @@ impl NativeFilter {
         if !declination.is_finite() || declination.abs() > std::f64::consts::PI {
             return Err(bad("declination", "an angle in rad in [-pi, pi]", declination));
         }
+        if !(gyr_range.is_finite() && gyr_range >= 0.0) {
+            return Err(bad("gyr_range", "a finite rate in rad/s, 0 where it is not known", gyr_range));
+        }
         let names = |all: &[&str]| format!("one of {all:?}");
         let settings = Settings {
             frame: Frame::from_name(frame)
@@ -203,6 +208,10 @@ impl NativeFilter {
             declination,
             gyr_hold: GyrHold::from_name(gyr_hold)
                 .ok_or_else(|| bad("gyr_hold", &names(&GyrHold::ALL.map(|(name, _)| name)), format!("{gyr_hold:?}")))?,
+            repeated: Repeated::from_name(repeated).ok_or_else(|| {
+                bad("repeated", &names(&Repeated::ALL.map(|(name, _)| name)), format!("{repeated:?}"))
+            })?,
+            gyr_range,
         };
         let recipe = Recipe { kind, values, settings, rate };
         let live = match (kind, dtype) {
@@ -269,7 +278,7 @@ impl NativeFilter {
     }
 
     /// The status bits of the last update.
-    fn _status(&self) -> PyResult<u8> {
+    fn _status(&self) -> PyResult<u16> {
         Ok(with_live!(&*self.lock()?, current => current.status))
     }
 

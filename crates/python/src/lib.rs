@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use super::calibration::{calibrate, calibrate_at};
     #[pymodule_export]
-    use super::describe::{frames, gyr_holds, registry};
+    use super::describe::{frames, gyr_holds, registry, repeated_rules, status_bits};
     #[pymodule_export]
     use super::euler::{euler_angles, rotation_matrices};
     #[pymodule_export]

@@ -4,7 +4,7 @@ use ahrs_rs_batch::isa;
 use ahrs_rs_batch::threads::{Job, Plan, Watch, run_all};
 use ahrs_rs_batch::{Offline, Outputs, Recording, Stream, Time, offline};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
+use numpy::{BorrowError, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -100,7 +100,7 @@ fn apart<'py, T: Dtype>(
 ) -> PyResult<()> {
     for index in 0..prepared.len() {
         let Some(Ok(made)) = prepared.get(index) else { continue };
-        if made.quat.try_readwrite().is_ok() {
+        if !matches!(made.quat.try_readwrite(), Err(BorrowError::AlreadyBorrowed)) {
             continue;
         }
         let mut others = prepared.iter().enumerate().filter(|(other, _)| *other != index);
@@ -197,7 +197,7 @@ struct Prepared<'py, T: Dtype> {
     /// Into which the attitudes are copied at the end, where they cannot be written into it at once.
     out: Option<Bound<'py, PyArrayDyn<T>>>,
     gyr_bias: Option<Bound<'py, PyArrayDyn<T>>>,
-    status: Bound<'py, PyArrayDyn<u8>>,
+    status: Bound<'py, PyArrayDyn<u16>>,
     extra: Vec<Bound<'py, PyArrayDyn<T>>>,
     /// Indices of the outputs that are asked for, and their sizes.
     asked: Vec<(usize, usize)>,
@@ -207,7 +207,7 @@ struct Prepared<'py, T: Dtype> {
 struct Room<'py, T: Dtype> {
     quat: PyReadwriteArrayDyn<'py, T>,
     gyr_bias: Option<PyReadwriteArrayDyn<'py, T>>,
-    status: PyReadwriteArrayDyn<'py, u8>,
+    status: PyReadwriteArrayDyn<'py, u16>,
     extra: Vec<PyReadwriteArrayDyn<'py, T>>,
 }
 
@@ -250,7 +250,7 @@ impl<'py, T: Dtype> Prepared<'py, T> {
             outputs.iter().filter_map(|&index| spec.outputs.get(index).map(|output| (index, output))).collect();
         let extra = asked.iter().map(|(_, output)| new(output.shape, Fill::Nothing)).collect::<PyResult<Vec<_>>>()?;
         let asked = asked.into_iter().map(|(index, output)| (index, output.len())).collect();
-        let status = new_array::<u8>(py, Fill::Nothing, &leading, "uint8")?;
+        let status = new_array::<u16>(py, Fill::Nothing, &leading, "uint16")?;
         let mut made = Prepared {
             gyr,
             acc,

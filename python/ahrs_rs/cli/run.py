@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _quat, metrics
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _calibrated, _common, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
@@ -100,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         est.save(args.output, recording=beside, degrees=args.degrees)
         lines.append(("wrote", str(args.output)))
     for key, text in lines:
-        print(f"{key:<10} {text}")
+        print(f"{key:<10} {printable(text)}")
     return 0
 
 
@@ -221,7 +222,7 @@ def _description(choice: Choice, recording: Recording, settings: Settings) -> st
     return f"{f'{f.NAME} {params}'.rstrip()}, from {' '.join(given)}, in {f.frame}"
 
 
-def _status_counts(status: NDArray[np.uint8]) -> str:
+def _status_counts(status: NDArray[np.uint16]) -> str:
     """How many samples have which bits set, like "MAG_MISSING 20 (0.3 %)"."""
     counts = {flag.name or "": int(np.count_nonzero(status & flag.value)) for flag in Status}
     parts = [f"{name} {count} ({100 * count / len(status):.3g} %)" for name, count in counts.items() if count]

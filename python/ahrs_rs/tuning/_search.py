@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs._cells import Metric
-from ahrs_rs._filter import Filter
+from ahrs_rs._filter import SETTINGS, Filter
 from ahrs_rs._progress import progress_count
 from ahrs_rs.recording import Recording
 from ahrs_rs.tuning._evaluate import Evaluator, TuningInterrupted
@@ -195,7 +195,7 @@ def _tune(
     search: Callable[[Evaluator], list[float]],
 ) -> Tuned:
     every, train, test = parts
-    known = ("threads", "dtype", "frame", "declination", "gyr_hold")
+    known = ("threads", "dtype", *SETTINGS)
     wrong = [name for name in settings if name not in known]
     if wrong:
         raise TypeError(f"{method} has no argument {wrong[0]!r}; settings are {', '.join(known)}")

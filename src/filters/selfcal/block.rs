@@ -83,11 +83,12 @@ impl<S: Scalar> Block<S> {
         }
     }
 
-    /// The gyroscope: `rate` is ω − b̂ and `turning` (I + M)(ω − b̂), by which the attitude has come to `r`.
+    /// The gyroscope: `rate` is ω − b̂ and `turning` (I + M)(ω − b̂), by which the attitude has come to
+    /// `r` over `dt`, of which `turned` is not lost.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn turns(&mut self, r: Matrix3<S>, gyr: Vec3<S>, rate: Vec3<S>, turning: Vec3<S>, dt: S) {
+    pub fn turns(&mut self, r: Matrix3<S>, gyr: Vec3<S>, rate: Vec3<S>, turning: Vec3<S>, [turned, dt]: [S; 2]) {
         self.time = self.time + dt;
-        let angle = rate * dt;
+        let angle = rate * turned;
         let [x, y, z] = &mut self.matrix;
         for (sum, row) in [(x, r.x), (y, r.y), (z, r.z)] {
             // Rows of M: the entry of row j and column k stands in row j.
@@ -95,8 +96,8 @@ impl<S: Scalar> Block<S> {
             sum.y = sum.y + angle * row.y;
             sum.z = sum.z + angle * row.z;
         }
-        self.turn = plus(self.turn, r, dt);
-        self.rate2 = self.rate2 + turning.norm2() * dt;
+        self.turn = plus(self.turn, r, turned);
+        self.rate2 = self.rate2 + turning.norm2() * turned;
         self.gyr = self.gyr + gyr * dt;
     }
 

@@ -24,9 +24,10 @@ use self::prediction::Transition;
 use self::state::{DELAY, HORIZONTAL, MATRIX, State, THETA, TURN, VELOCITY, VERTICAL, initial_variance, within};
 use super::kalman::{Square, block as part, congruent, new_vertical, put_rows, reported, rows, transposed};
 use super::rest::{Rest, Thresholds};
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3, exp_half};
+use crate::status::Flags;
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -176,6 +177,8 @@ pub struct SelfCalKF<S: Scalar> {
 impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     type Params = Params<S>;
     const SPEC: &'static FilterSpec = &SPEC;
+    const HAS_COVARIANCE: bool = true;
+    const WATCHED: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         SelfCalKF {
@@ -216,6 +219,22 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         self.state.q = Quat::select(lanes, q, self.state.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
+    fn lose_rotation(&mut self, lanes: S::Mask, variance: S) {
+        self.block.slip = self.block.slip + S::select(lanes, variance, S::zero());
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn claimed(&self) -> [S; 2] {
+        let p = &self.state.p;
+        [p[(THETA, THETA)].max(p[(THETA + 1, THETA + 1)]), p[(TURN, TURN)]]
+    }
+    #[cold]
+    #[inline(never)]
+    fn reopen(&mut self, lanes: S::Mask, bias: Vec3<S>) {
+        self.state.restart(lanes, bias, &self.params);
+        self.block.restart(lanes);
+        self.level.restart(lanes);
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         let (rate, turning) = self.state.advance(sample.gyr, dt);
         let r = self.state.q.matrix();
@@ -225,7 +244,9 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         let (o, Vec3 { x, y, z }) = (S::zero(), clipped);
         let whole = |clipped: S, rate: S| S::select(o.lt(clipped), o, rate);
         let shown = Vec3::new(whole(x, rate.x), whole(y, rate.y), whole(z, rate.z));
-        self.block.turns(r, sample.gyr, shown, turning, dt);
+        // A rotation that was lost shows nothing of the gyroscope.
+        let turned = S::select(sample.lost, S::zero(), dt);
+        self.block.turns(r, sample.gyr, shown, turning, [turned, dt]);
         if (o.lt(x) | o.lt(y) | o.lt(z)).any() {
             self.block.clips(r, clipped);
         }

@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Params;
-use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros};
+use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, angle_variance, saturated, vec3, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Quat, Vec3, exp_half, rotate_by};
 
@@ -150,6 +150,19 @@ impl<S: Scalar> State<S> {
         self.p[(state, state)] = S::select(lanes, variance, self.p[(state, state)]);
     }
 
+    /// Starts anew where the mask is true, but for the attitude, the bias of the gyroscope, which is given, the delay of the
+    /// magnetometer and the field.
+    pub fn restart(&mut self, lanes: S::Mask, bias: Vec3<S>, params: &Params<S>) {
+        for i in 0..N {
+            self.forget(lanes, i, initial_variance(params, i));
+        }
+        self.put(lanes, BIAS, bias);
+        for i in (MATRIX..GRAVITY).chain(IRON..HORIZONTAL) {
+            self.mean[i] = S::select(lanes, S::zero(), self.mean[i]);
+        }
+        self.mean[GRAVITY] = S::select(lanes, params.gravity, self.mean[GRAVITY]);
+    }
+
     /// Turns the attitude, and what stands in the earth frame, where the mask is true.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn turn(&mut self, lanes: S::Mask, turn: Quat<S>) {
@@ -271,8 +284,8 @@ pub fn within(state: usize) -> usize {
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn initial_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
     let deviation = match state {
-        0 | 1 => params.initial_inclination,
-        TURN => params.initial_heading,
+        0 | 1 => return angle_variance(params.initial_inclination),
+        TURN => return angle_variance(params.initial_heading),
         BIAS..MATRIX => params.initial_bias,
         MATRIX..VELOCITY => params.initial_matrix,
         VELOCITY..ACC_BIAS => params.initial_velocity,

@@ -85,6 +85,19 @@ impl<S: Scalar> Bias<S> {
         largest(&self.error.p).min(variance(self.uncertainty.initial)).sqrt() * S::of(UNIT_RATE)
     }
 
+    /// The attitude `r` is new where the mask is true: it counts as that of a long time.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn restart(&mut self, lanes: S::Mask, r: Matrix3<S>, coefficients: &Coefficients<S>) {
+        self.seen.set(lanes, self.shown_by(r), coefficients);
+    }
+
+    /// The rows of the rotation matrix, and the horizontal bias in the earth frame.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn shown_by(&self, r: Matrix3<S>) -> [S; 11] {
+        let bias = self.value();
+        [r.x.x, r.x.y, r.x.z, r.y.x, r.y.y, r.y.z, r.z.x, r.z.y, r.z.z, r.x.dot(bias), r.y.dot(bias)]
+    }
+
     /// Takes what a sample of the accelerometer shows where the mask is true.
     ///
     /// `r` is the attitude after the inclination's correction and `up` the direction of the low-pass filtered force before
@@ -101,9 +114,8 @@ impl<S: Scalar> Bias<S> {
         clip: S,
     ) {
         let bias = self.value();
-        let earth = [r.x.dot(bias), r.y.dot(bias)];
-        let x = [r.x.x, r.x.y, r.x.z, r.y.x, r.y.y, r.y.z, r.z.x, r.z.y, r.z.z, earth[0], earth[1]];
-        let [xx, xy, xz, yx, yy, yz, zx, zy, zz, east, north] = self.seen.step(lanes, x, coefficients);
+        let shown = self.shown_by(r);
+        let [xx, xy, xz, yx, yy, yz, zx, zy, zz, east, north] = self.seen.step(lanes, shown, coefficients);
         let (seen_x, seen_y, seen_z) = (Vec3::new(xx, xy, xz), Vec3::new(yx, yy, yz), Vec3::new(zx, zy, zz));
 
         // Nothing is known of no time.

@@ -47,6 +47,14 @@ impl<S: Scalar> Inclination<S> {
         self.force = LowPass::at([force.x, force.y, force.z], coefficients);
     }
 
+    /// The same after a rotation that was lost, where the mask is true.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn restart(&mut self, lanes: S::Mask, q: Quat<S>, coefficients: &Coefficients<S>) {
+        self.set_attitude(lanes, q);
+        let force = seen_from(self.gyr, q.matrix().z * S::of(GRAVITY));
+        self.force.set(lanes, [force.x, force.y, force.z], coefficients);
+    }
+
     /// Sets the attitude and keeps what the almost inertial frame has seen.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn set_attitude(&mut self, lanes: S::Mask, q: Quat<S>) {

@@ -6,7 +6,6 @@
 pub mod bias;
 pub mod heading;
 pub mod inclination;
-pub mod interval;
 pub mod magnetic;
 pub mod rest;
 
@@ -15,15 +14,15 @@ use core::f64::consts::PI;
 use self::bias::{Bias, Uncertainty};
 use self::heading::{Heading, has_heading};
 use self::inclination::Inclination;
-use self::interval::Interval;
 use self::magnetic::Magnetic;
 use self::rest::Rest;
 use super::delay::{LONGEST_DELAY, caught_up};
 use super::kalman::saturated;
-use crate::filter::{Equivariance, Filter, FilterSpec, Flags, Magnetometer, OutputSpec, Sample};
+use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Sample};
 use crate::scalar::{Mask, Scalar};
 use crate::signal::{Coefficients, Gain};
 use crate::so3::{Matrix3, Quat, Vec3};
+use crate::status::Flags;
 
 /// The description.
 pub const SPEC: FilterSpec = FilterSpec {
@@ -150,8 +149,6 @@ pub struct VQF<S: Scalar> {
     rest: Rest<S>,
     bias: Bias<S>,
     magnetic: Magnetic<S>,
-    acc_interval: Interval<S>,
-    mag_interval: Interval<S>,
     // What follows from the variables: the attitude by gyroscope and accelerometer, and whether the sensor rests.
     level: Quat<S>,
     resting: S::Mask,
@@ -199,8 +196,6 @@ impl<S: Scalar> Filter<S> for VQF<S> {
                 vertical_forgetting: of.bias_vertical_forgetting_factor,
             }),
             magnetic: Magnetic::new(&magnetic_limits),
-            acc_interval: Interval::default(),
-            mag_interval: Interval::default(),
             level: Quat::identity(),
             resting: S::Mask::splat(false),
             force_coefficients: Coefficients::new(of.tau_acc),
@@ -223,6 +218,13 @@ impl<S: Scalar> Filter<S> for VQF<S> {
         self.inclination.set_attitude(lanes, self.heading.removed_from(q));
         self.level = self.inclination.attitude();
     }
+    /// The specific force counts as that of the attitude for long; the heading offset stays, and what was learnt.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn realign(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.inclination.restart(lanes, self.heading.removed_from(q), &self.force_coefficients);
+        self.level = self.inclination.attitude();
+        self.bias.restart(lanes, self.level.matrix(), &self.force_coefficients);
+    }
     /// The heading offset of a given attitude is zero, and the magnetometer's first sample weighs as any other.
     fn start_from(&mut self, q: Quat<S>) {
         self.inclination.start_from(q, &self.force_coefficients);
@@ -241,28 +243,28 @@ impl<S: Scalar> Filter<S> for VQF<S> {
         }
         self.inclination.turn(sample.gyr - self.bias.value(), dt);
 
-        let acc_interval = self.acc_interval.step(acc.valid, dt);
         if rests {
-            self.rest_acc_coefficients.set_step(acc.valid, acc_interval);
+            self.rest_acc_coefficients.set_step(acc.valid, acc.interval);
             let force = (acc.valid, acc.value);
             self.resting = self.rest.step(turning, force, &self.rest_acc_coefficients, &self.rest_limits, dt);
         }
         let mut seen_up = (Vec3::zero(), acc.valid);
         if acc.valid.any() {
-            self.force_coefficients.set_step(acc.valid, acc_interval);
+            self.force_coefficients.set_step(acc.valid, acc.interval);
             seen_up = self.inclination.correct(acc.valid, acc.value, &self.force_coefficients);
         }
         self.level = self.inclination.attitude();
         let r = self.level.matrix();
         if acc.valid.any() {
-            self.learn_bias(seen_up, r, acc_interval);
+            // An attitude that was lost is no error of the gyroscope.
+            seen_up.1 = seen_up.1 & !sample.recovering;
+            self.learn_bias(seen_up, r, acc.interval);
         }
 
-        let mag_interval = self.mag_interval.step(mag.valid, dt);
         if mag.valid.any() {
             let rate = sample.gyr - self.bias.value();
             let field = caught_up(limited_field(mag.value), rate, self.params.mag_delay);
-            self.correct_heading(mag.valid, r.apply(field), mag_interval);
+            self.correct_heading(mag.valid, r.apply(field), mag.interval);
         } else {
             self.magnetic.nothing_came();
         }
@@ -296,8 +298,6 @@ impl<S: Scalar> Filter<S> for VQF<S> {
         self.rest.each(visit);
         self.bias.each(visit);
         self.magnetic.each(visit);
-        self.acc_interval.each(visit);
-        self.mag_interval.each(visit);
         self.level = self.inclination.attitude();
     }
 }

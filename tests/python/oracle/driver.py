@@ -71,7 +71,7 @@ class OracleResult:
 
     quat: NDArray[np.float64]
     gyr_bias: NDArray[np.float64] | None
-    status: NDArray[np.uint8]
+    status: NDArray[np.uint16]
     extra: dict[str, NDArray[np.float64]]
 
 
@@ -249,7 +249,7 @@ def drive(
 
     quat = np.empty((n, 4))
     bias = np.empty((n, 3)) if hasattr(filter_, "bias") else None
-    status = np.empty(n, dtype=np.uint8)
+    status = np.empty(n, dtype=np.uint16)
     extra: dict[str, list[Any]] = {name: [] for name in getattr(filter_, "OUTPUTS", OUTPUTS) if hasattr(filter_, name)}
     further: dict[str, list[float]] = {}
     for k, (w_k, a_k, m_k, dt) in enumerate(samples):

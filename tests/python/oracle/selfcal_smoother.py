@@ -374,7 +374,7 @@ class SelfCalSmoother:
             "mag_weight": np.array([summed.weight for summed in blocks])[of],
             "mag_reference": ends[:, HORIZONTAL:DELAY] * norm,
         }
-        return OracleResult(quat * signs[:, None], ends[:, BIAS:MATRIX], status.astype(np.uint8), extra)
+        return OracleResult(quat * signs[:, None], ends[:, BIAS:MATRIX], status.astype(np.uint16), extra)
 
 
 def weigh(blocks: list[Summed], nodes: list[Node], k: Parameters) -> None:

@@ -36,7 +36,7 @@ pub struct Solution {
     /// Gyroscope biases in rad/s.
     pub gyr_bias: Vec<Vec3<f64>>,
     /// Status bits.
-    pub status: Vec<u8>,
+    pub status: Vec<u16>,
     /// The further outputs that were asked for, each with the rows' values one after the other.
     pub extra: Vec<Vec<f64>>,
 }

@@ -5,21 +5,21 @@
 //! the low-pass filtered specific force, and the heading offset.
 
 use ahrs_rs::estimator::LONGEST_STEP;
+use ahrs_rs::estimator::intervals::Interval;
 use ahrs_rs::filter::{Equivariance, Magnetometer, OutputSpec, Sample};
 use ahrs_rs::filters::VQF;
 use ahrs_rs::filters::delay::caught_up;
 use ahrs_rs::filters::vqf::bias::Estimate;
 use ahrs_rs::filters::vqf::heading::{Heading, angle, has_heading, turned};
 use ahrs_rs::filters::vqf::inclination::{corrected, seen_from};
-use ahrs_rs::filters::vqf::interval::Interval;
 use ahrs_rs::filters::vqf::{BIAS_SIGMA, DELTA, PARAMS, Params, QUAT6D, QUAT9D, REST, limited_field};
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::signal::{Coefficients, Gain, LowPass};
 use ahrs_rs::so3::rotate_by;
+use ahrs_rs::status;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Quat, Scalar, Settings, Vec3};
 
 use super::{Offline, Row, Series, Solution, continuous, usable};
-use crate::recording::HIDES_INFINITE;
 use crate::threads::Watch;
 use ahrs_rs_lanes::simd::{Instructions, Kernel, PortableIsa, Vector};
 #[cfg(target_arch = "x86_64")]
@@ -96,6 +96,10 @@ impl<S: Scalar> Filter<S> for Pass<S> {
         self.vqf.set_attitude(lanes, q);
     }
     #[inline(always)]
+    fn realign(&mut self, lanes: S::Mask, q: Quat<S>) {
+        self.vqf.realign(lanes, q);
+    }
+    #[inline(always)]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.rate = sample.gyr;
         self.vqf.step(sample, dt);
@@ -142,7 +146,7 @@ impl Learnt {
 struct Passes {
     learnt: Vec<Learnt>,
     rates: Vec<Vec3<f64>>,
-    missing: Vec<u8>,
+    missing: Vec<u16>,
 }
 
 /// VQF forward in the first lane, and over the recording played backward in the second: a step takes little longer than one
@@ -210,7 +214,7 @@ impl<S: Vector<Real = f64>> Kernel for BothWays<'_, S> {
             let mag = Self::given(self.series.mag.as_deref(), index);
             let output = estimator.step(Self::rows(&self.series.gyr, index, -1.0), acc, mag, both(dt, back_dt));
             let pass = estimator.filter();
-            self.found.missing.push(output.flags.bits(0) & HIDES_INFINITE);
+            self.found.missing.push(output.flags.bits(0) & status::ANY_MISSING);
             self.found.rates.push(Vec3::new(pass.rate.x.lane(0), pass.rate.y.lane(0), pass.rate.z.lane(0)));
             self.found.learnt.push(Learnt::of(pass, 0));
             self.later.push(Learnt::of(pass, 1));
@@ -320,9 +324,9 @@ impl OfflineVQF {
     /// Low-pass filters the forces forward and backward; the way back starts at rest at what it sees first.
     fn low_pass(&self, forces: &mut [Row], steps: &[f64], back: &[f64]) {
         let mut coefficients = Coefficients::new(self.params.tau_acc);
-        let mut forward = (Interval::default(), LowPass::default());
+        let mut forward = (Interval::new(), LowPass::default());
         let mut step = |(interval, low_pass): &mut (Interval<f64>, LowPass<f64, 3>), force: &mut Row, dt: f64| {
-            let interval = interval.step(force.is_some(), dt);
+            let interval = interval.step(force.is_some(), dt, dt);
             if let Some(force) = force {
                 coefficients.set_step(true, interval);
                 *force = low_pass.step_vector(true, *force, &coefficients);
@@ -333,7 +337,7 @@ impl OfflineVQF {
         }
         let last = forces.iter().rev().find_map(|force| *force).unwrap_or(Vec3::zero());
         let at_rest = LowPass::at([last.x, last.y, last.z], &Coefficients::new(self.params.tau_acc));
-        let mut backward = (Interval::default(), at_rest);
+        let mut backward = (Interval::new(), at_rest);
         for (force, &dt) in forces.iter_mut().rev().zip(back) {
             step(&mut backward, force, dt);
         }
@@ -351,10 +355,10 @@ impl OfflineVQF {
         let params = &self.params;
         let mut heading = Heading::default();
         let mut gain = Gain::new(params.tau_mag);
-        let mut interval = Interval::default();
+        let mut interval = Interval::new();
         let mut rejected: f64 = 0.0;
         let mut step = |((angle, taken), learnt): ((&mut Option<f64>, &mut Taken), &Learnt), dt: f64| {
-            let interval = interval.step(angle.is_some(), dt);
+            let interval = interval.step(angle.is_some(), dt, dt);
             let Some(angle) = angle else { return };
             let mut weight = gain.weight(true, interval);
             if params.mag_dist_rejection_enabled {

@@ -23,7 +23,7 @@ pub struct Data<T> {
 pub struct Bits {
     pub quat: Vec<u64>,
     pub gyr_bias: Vec<u64>,
-    pub status: Vec<u8>,
+    pub status: Vec<u16>,
     pub state: Vec<u64>,
 }
 
@@ -79,7 +79,7 @@ pub fn run<T: Number>(
         .map(|data| {
             let samples = data.gyr.nrows();
             let zeros = |columns| Array2::from_elem((samples, columns), T::zero());
-            (zeros(4), zeros(3), Array1::from_elem(samples, 0_u8))
+            (zeros(4), zeros(3), Array1::from_elem(samples, 0_u16))
         })
         .collect();
     let mut jobs: Vec<_> = data

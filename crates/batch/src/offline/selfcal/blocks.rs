@@ -137,7 +137,7 @@ impl Samples {
                 let (rate, turning) = state.advance(gyr, dt);
                 let r = state.q.matrix();
                 let turning = bounded_rate(turning);
-                sums.turns(r, gyr, rate, turning, dt);
+                sums.turns(r, gyr, rate, turning, [dt, dt]);
                 sums.slip += steps.slip(turning, dt);
                 acc_interval = LONGEST_INTERVAL.min(acc_interval + dt);
                 if let Some(acc) = *acc {

@@ -20,12 +20,12 @@ use ahrs_rs::filters::selfcal::magnetic::REJECTING_WEIGHT;
 use ahrs_rs::filters::selfcal::state::{BIAS, DISTURBANCE, HORIZONTAL, IRON, N, State};
 use ahrs_rs::filters::selfcal::{PARAMS as CAUSAL, Params as CausalParams};
 use ahrs_rs::params::{ParamError, ParamSet, ParamSpec};
+use ahrs_rs::status;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Quat, Settings, Vec3};
 
 use self::blocks::{Samples, Summed};
 use self::found::Found;
 use super::{Offline, Series, Solution, continuous, usable};
-use crate::recording::HIDES_INFINITE;
 use crate::threads::Watch;
 
 /// Samples between two looks at whether it was told to stop.
@@ -207,7 +207,7 @@ impl Filter<f64> for Pass {
 /// What the causal filter says of a recording.
 struct Causal {
     quat: Vec<Quat<f64>>,
-    missing: Vec<u8>,
+    missing: Vec<u16>,
     /// The states at the end.
     mean: Column<f64, N>,
 }
@@ -302,7 +302,7 @@ impl SelfCalSmoother {
             let mag = series.mag.as_ref().filter(|_| inclined).map(|_| mag.unwrap_or(none));
             let output = estimator.step(gyr, acc, mag, dt);
             quat.push(output.quat);
-            missing.push(output.flags.bits(0) & HIDES_INFINITE);
+            missing.push(output.flags.bits(0) & status::ANY_MISSING);
             samples.rates.push(estimator.filter().rate);
         }
         let filter = &estimator.filter().filter;

@@ -16,13 +16,15 @@ pub struct Measured<S: Scalar> {
     pub unit: Vec3<S>,
     /// Where it can be used.
     pub valid: S::Mask,
+    /// The time in s that it stands for: that since the last measurement of its sensor. The estimator fills it in.
+    pub interval: S,
 }
 
 impl<S: Scalar> Measured<S> {
     /// A vector with a NaN, or whose squared norm is zero, subnormal or not finite, is no measurement.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(value: Vec3<S>) -> Self {
-        Measured { value, unit: value.unit(), valid: value.norm2().is_normal_norm2() }
+        Measured { value, unit: value.unit(), valid: value.norm2().is_normal_norm2(), interval: S::zero() }
     }
 }
 

@@ -1,48 +1,42 @@
-//! The rules that hold for every filter: start, missing data, frames, sign and snapshots.
+//! The rules that hold for every filter: start, missing data, losses, frames, sign and snapshots.
+//!
+//! - [`settings`]: what the user chooses; [`reading`]: what the rows say before any state is known;
+//! - [`alignment`]: the attitude that one sample shows;
+//! - [`intervals`], [`repeats`]: the time that a measurement stands for, and rows that are none;
+//! - [`losses`], [`recovery`]: rotations that nobody saw, and how the attitude is found again.
 
-use crate::filter::{Filter, Flags, Sample};
-use crate::reading::{Measured, Reading};
+pub mod alignment;
+pub mod intervals;
+pub mod losses;
+mod monitor;
+pub mod reading;
+mod recovery;
+mod repeats;
+pub mod settings;
+
+use crate::filter::Magnetometer;
+use crate::filter::{Filter, Sample};
+use crate::filters::kalman::UNKNOWN_ANGLE;
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Frame, Quat, Vec3};
-use crate::trig::sin_cos;
+use crate::status::Flags;
+
+use alignment::turn_about_up;
+pub use alignment::{headed_by, inclined_by};
+use intervals::Interval;
+use losses::{Losses, within_range};
+use monitor::Monitor;
+use reading::{Measured, Reading};
+use recovery::Recovery;
+use repeats::{Last, same};
+pub use settings::{GyrHold, Repeated, Settings};
 
 /// The longest step in s that a filter is given; a longer gap counts as this long, so that no product of a gain and
 /// a gap is beyond the range of `f32`.
 pub const LONGEST_STEP: f64 = 1.0e6;
 
-/// The sine of the angle from the vertical below which a magnetic field gives no heading.
-const VERTICAL_FIELD: f64 = 1e-6;
-
-/// How the angular rate runs between two samples of the gyroscope.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GyrHold {
-    /// The rate of a sample held over the whole step that ends with it.
-    #[default]
-    ZeroOrder,
-    /// The mean of the rates at both ends of the step.
-    Linear,
-}
-
-impl GyrHold {
-    /// Every rule with its name.
-    pub const ALL: [(&'static str, GyrHold); 2] = [("zero-order", GyrHold::ZeroOrder), ("linear", GyrHold::Linear)];
-
-    /// The rule of a name, or `None`.
-    pub fn from_name(name: &str) -> Option<GyrHold> {
-        Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, hold)| hold)
-    }
-}
-
-/// What the user chooses beside a filter's own parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// The earth frame of the output.
-    pub frame: Frame,
-    /// Magnetic declination in rad, positive east.
-    pub declination: f64,
-    /// How the angular rate runs between samples.
-    pub gyr_hold: GyrHold,
-}
+/// The cosine of half the angle (20°) from which on a filter with a covariance has not found the attitude again by itself.
+const NEAR: f64 = 0.984807753012208;
 
 impl Settings {
     /// The rotation from east-north-up to the chosen frame; `from_magnetic` where north is the magnetic one there.
@@ -55,12 +49,6 @@ impl Settings {
     fn declination_turn<S: Scalar>(&self) -> Quat<S> {
         turn_about_up(S::of(-0.5 * self.declination))
     }
-}
-
-/// The rotation about the vertical that is given by its half angle.
-fn turn_about_up<S: Scalar>(half_angle: S) -> Quat<S> {
-    let (sin, cos) = sin_cos(half_angle);
-    Quat::new(cos, S::zero(), S::zero(), sin)
 }
 
 /// The attitude and the status bits after one sample.
@@ -103,15 +91,32 @@ pub struct Estimator<S: Scalar, F> {
     acc_seen: S::Mask,
     /// Set where a magnetometer has been given.
     mag_seen: S::Mask,
+    /// The times that measurements stand for.
+    acc_interval: Interval<S>,
+    mag_interval: Interval<S>,
+    /// What a repeated row is, and the last rows of the sensors where that matters.
+    repeated: Repeated,
+    last_acc: Last<S>,
+    last_mag: Last<S>,
+    /// The largest rate of the gyroscope's axes; zero where it is not known.
+    gyr_range: S,
+    losses: Losses<S>,
+    recovery: Recovery<S>,
+    monitor: Monitor<S>,
 }
 
 impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// A filter that takes its attitude from the first samples.
     pub fn new(params: &F::Params, settings: Settings) -> Self {
-        let no = S::Mask::splat(false);
-        let frame = settings.frame.from_enu();
+        let (no, yes) = (S::Mask::splat(false), S::Mask::splat(true));
+        let frame: Quat<S> = settings.frame.from_enu();
+        let mut filter = F::new(params);
+        if settings.frame != Frame::Enu {
+            // Level in the chosen frame, with the heading 0 there.
+            filter.set_attitude(yes, frame.conj());
+        }
         let new = Estimator {
-            filter: F::new(params),
+            filter,
             frame: settings.frame,
             gyr_hold: settings.gyr_hold,
             turns_output: settings.frame != Frame::Enu,
@@ -119,21 +124,30 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             declined: false,
             half_turn_north: S::zero(),
             rate: Vec3::zero(),
-            quat: frame,
+            quat: Quat::identity(),
             started: no,
             inclined: no,
             headed: no,
             magnetic: no,
             acc_seen: no,
             mag_seen: no,
+            acc_interval: Interval::new(),
+            mag_interval: Interval::new(),
+            repeated: settings.repeated,
+            last_acc: Last::new(),
+            last_mag: Last::new(),
+            gyr_range: S::of(settings.gyr_range),
+            losses: Losses::new(),
+            recovery: Recovery::new(),
+            monitor: Monitor::new(),
         };
-        new.declined_by(S::of(settings.declination))
+        new.with_declination(S::of(settings.declination))
     }
 
     /// The same with a declination in rad, positive east: of a new estimator. That of the settings is in `f64`, which a
     /// microcontroller may have to emulate.
     #[must_use]
-    pub fn declined_by(mut self, declination: S) -> Self {
+    pub fn with_declination(mut self, declination: S) -> Self {
         self.declined = (declination.lt(S::zero()) | S::zero().lt(declination)).any();
         self.turns_output |= self.declined;
         let [frame, turned] = &mut self.rotations;
@@ -142,6 +156,13 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         if self.declined {
             *turned = *frame * turn_about_up(self.half_turn_north);
         }
+        self
+    }
+
+    /// The same with the largest rate in rad/s that an axis of the gyroscope shows, in the scalar: of a new estimator.
+    #[must_use]
+    pub fn with_gyr_range(mut self, gyr_range: S) -> Self {
+        self.gyr_range = gyr_range;
         self
     }
 
@@ -173,22 +194,53 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             dt = S::select(fresh, S::zero(), dt);
         }
 
+        let (mut acc, mut mag) = (given(reading.acc, &mut self.acc_seen), given(reading.mag, &mut self.mag_seen));
+        if self.repeated == Repeated::Missing {
+            self.leave_out_repeated(reading, [&mut acc, &mut mag], dt, &mut flags);
+        }
+        flags.acc_missing = self.acc_seen & !acc.valid;
+        flags.mag_missing = self.mag_seen & !mag.valid;
         let gyr = self.angular_rate(reading, dt, &mut flags);
-        let acc = given(reading.acc, &mut self.acc_seen, &mut flags.acc_missing);
-        let mag = given(reading.mag, &mut self.mag_seen, &mut flags.mag_missing);
+        let longest = self.losses.longest();
+        acc.interval = self.acc_interval.step(acc.valid, dt, longest);
+        mag.interval = self.mag_interval.step(mag.valid, dt, longest);
 
         self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
+        if self.frame == Frame::Ned {
+            self.turn_upside_down(&acc);
+        }
         // What aligns is no measurement for the filter, unless it starts by itself.
         let (use_acc, use_mag) =
             if F::STARTS_ITSELF { (acc.valid, self.inclined | acc.valid) } else { (self.inclined, self.headed) };
+        let known = !flags.gyr_held & within_range(gyr, self.gyr_range);
+        let loss = self.losses.see(known, reading.gyr_norm2, dt);
+        let mut lost = S::Mask::splat(false);
+        if let Some(loss) = &loss {
+            (flags.gap, lost) = (loss.gap, loss.lost);
+            self.filter.lose_rotation(lost, loss.added);
+            self.recovery.lose(lost & self.inclined, loss.total);
+        }
+        let recovering = self.recovery.active();
         let sample = Sample {
             gyr,
             acc: Measured { valid: acc.valid & use_acc, ..acc },
             mag: Measured { valid: mag.valid & use_mag, ..mag },
+            lost,
+            recovering,
         };
         self.filter.step(&sample, dt);
         self.filter.flag(&mut flags);
         self.align(&acc, &mag);
+        if self.filter.is_realigned() && recovering.any() {
+            flags.recovering = flags.recovering | recovering;
+            self.recover(!lost, &sample, dt);
+        }
+        if F::WATCHED {
+            let due = self.monitor.is_due(&sample, dt) & self.inclined;
+            if due.any() {
+                self.watch(due, &sample, &mut flags);
+            }
+        }
         flags.not_aligned = !self.inclined;
 
         let mut quat = self.filter.attitude();
@@ -269,6 +321,86 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         }
     }
 
+    /// The first specific force of a sensor that points more up than down, in a frame whose z points down: its heading is 0 where
+    /// it is rolled over from level by 180°.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn turn_upside_down(&mut self, acc: &Measured<S>) {
+        let first = acc.valid & !self.inclined;
+        if first.any() {
+            let q = self.filter.attitude();
+            let over = first & q.rotate(acc.unit).z.lt(S::zero());
+            if over.any() {
+                // A roll by 180° in NED is one about north.
+                self.filter.set_attitude(over, Quat::of([0.0, 0.0, 1.0, 0.0]) * q);
+            }
+        }
+    }
+
+    /// Goes on with a recovery by a sample where the mask is true, and aligns the attitude where there have been enough.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn recover(&mut self, lanes: S::Mask, sample: &Sample<S>, dt: S) {
+        let ready = self.recovery.step(lanes, sample, sample.gyr - self.filter.gyr_bias(), dt);
+        if ready.any() {
+            let q = self.filter.attitude();
+            let uses_field = F::SPEC.magnetometer == Magnetometer::Feedback;
+            let (aligned, headed) = self.recovery.aligned(q, uses_field);
+            // What knows how sure it is has found the attitude again, unless it was too far away for a linear model, or what
+            // is seen at rest is better.
+            let mut set = ready;
+            if F::HAS_COVARIANCE {
+                set = ready & (q.dot(aligned).abs().lt(S::of(NEAR)) | self.recovery.is_surer());
+            }
+            if uses_field {
+                // Without a field so far, the next sample gives the heading.
+                self.headed = self.headed & (!set | headed | !self.magnetic);
+            }
+            self.filter.realign(set, aligned);
+            if F::HAS_COVARIANCE {
+                // As sure as that is, and no more.
+                self.filter.lose_rotation(set, self.recovery.variance());
+            }
+            self.recovery.end(ready);
+        }
+    }
+
+    /// Looks whether the attitude is lost without having been told.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn watch(&mut self, due: S::Mask, sample: &Sample<S>, flags: &mut Flags<S::Mask>) {
+        let recovering = self.recovery.active();
+        let (q, bias) = (self.filter.attitude(), self.filter.gyr_bias());
+        let mut sample = *sample;
+        if F::SPEC.magnetometer != Magnetometer::Feedback {
+            sample.mag.valid = S::Mask::splat(false);
+        }
+        let lost = self.monitor.look(due & !recovering, &sample, q, self.filter.claimed(), bias);
+        if (lost | recovering).any() {
+            self.monitor.restart(lost | recovering);
+        }
+        if lost.any() {
+            self.filter.reopen(lost, self.monitor.bias());
+            self.recovery.lose(lost, S::of(UNKNOWN_ANGLE));
+            flags.recovering = flags.recovering | lost;
+        }
+    }
+
+    /// Takes rows for missing that repeat the last one of their sensor, while the gyroscope's do not.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn leave_out_repeated(
+        &mut self,
+        reading: &Reading<S>,
+        [acc, mag]: [&mut Measured<S>; 2],
+        dt: S,
+        flags: &mut Flags<S::Mask>,
+    ) {
+        let moves = self.started & !same(reading.gyr, self.rate);
+        let repeats = self.last_acc.repeats(acc, dt) & moves;
+        acc.valid = acc.valid & !repeats;
+        flags.repeated = repeats;
+        let repeats = self.last_mag.repeats(mag, dt) & moves;
+        mag.valid = mag.valid & !repeats;
+        flags.repeated = flags.repeated | repeats;
+    }
+
     /// The rotation from the filter's frame to the chosen one.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn output_rotation(&self) -> Quat<S> {
@@ -300,6 +432,17 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         self.filter.each_variable(visit);
         self.rate.each(visit);
         self.quat.each(visit);
+        self.acc_interval.each(visit);
+        self.mag_interval.each(visit);
+        if self.repeated == Repeated::Missing {
+            self.last_acc.each(visit);
+            self.last_mag.each(visit);
+        }
+        self.losses.each(visit);
+        self.recovery.each(visit);
+        if F::WATCHED {
+            self.monitor.each(visit);
+        }
         for flag in [
             &mut self.started,
             &mut self.inclined,
@@ -322,30 +465,12 @@ fn can_turn<S: Scalar>(norm2: S, half_dt: S) -> S::Mask {
     norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range)
 }
 
-/// The measurement of a sensor that may not be there, whether it was ever given, and whether it is missing now.
+/// The measurement of a sensor that may not be there, and whether it was ever given.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn given<S: Scalar>(measured: Option<Measured<S>>, seen: &mut S::Mask, missing: &mut S::Mask) -> Measured<S> {
+fn given<S: Scalar>(measured: Option<Measured<S>>, seen: &mut S::Mask) -> Measured<S> {
     let (zero, no, yes) = (Vec3::zero(), S::Mask::splat(false), S::Mask::splat(true));
     if measured.is_some() {
         *seen = yes;
     }
-    let measured = measured.unwrap_or(Measured { value: zero, unit: zero, valid: no });
-    *missing = *seen & !measured.valid;
-    measured
-}
-
-/// The attitude turned by the shortest way so that the unit specific force points up; the heading is kept.
-#[cfg_attr(not(debug_assertions), inline(always))]
-pub fn inclined_by<S: Scalar>(q: Quat<S>, acc: Vec3<S>) -> Quat<S> {
-    (Quat::shortest_to_up(q.rotate(acc)) * q).renormalized()
-}
-
-/// The attitude turned about the vertical so that the horizontal part of the unit field points north, and where that
-/// is possible: the field must not be vertical.
-#[cfg_attr(not(debug_assertions), inline(always))]
-pub fn headed_by<S: Scalar>(q: Quat<S>, mag: Vec3<S>) -> (Quat<S>, S::Mask) {
-    let h = q.rotate(mag);
-    let horizontal = (h.x * h.x + h.y * h.y).sqrt();
-    let known = S::of(VERTICAL_FIELD).le(horizontal);
-    ((Quat::turn_to_north(h.x, h.y, horizontal) * q).renormalized(), known)
+    measured.unwrap_or(Measured { value: zero, unit: zero, valid: no, interval: S::zero() })
 }
