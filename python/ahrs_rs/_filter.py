@@ -190,7 +190,7 @@ class Filter(_native.NativeFilter):
         mag : same shape, magnetic field in µT, or None
         t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and
             durations of numpy, pandas, polars and Arrow (dates count from the first one)
-        q0 : (4,) or (N, 4), or a Rotation of scipy, one step before the first sample; by default the first samples align
+        q0 : (4,) or (N, 4), or scipy's Rotation, one step before the first sample; by default the first samples align
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
         out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
