@@ -117,7 +117,7 @@ def _orientations(name: str, quat: FloatArray, repairs: list[str]) -> FloatArray
 def _leave_out_empty(data: SensorData) -> None:
     """A sensor of which every value is missing is absent."""
     for name, (_, values) in list(data.streams.items()):
-        if values.dtype.kind == "f" and values.size and np.isnan(values).all():
+        if values.dtype.kind == "f" and values.size and np.isnan(values[0]).all() and np.isnan(values).all():
             del data.streams[name]
             data.say("ignored", f"{name}: all values are missing, so that the sensor counts as absent")
 
@@ -168,8 +168,9 @@ def _refuse_implausible(made: Recording, data: SensorData, options: Options) -> 
     """
     stated = set(options.units or ())
     found: list[tuple[str, str, str | None]] = []
+    streams = made.streams
     for name in VECTORS:
-        wrong = None if name in stated else _doubtful(name, made.streams, data)
+        wrong = None if name in stated else _doubtful(name, streams, data)
         if wrong is not None:
             found.append((name, *wrong))
     if len(made) > 2 and options.rate is None and "t" not in stated and data.rate is None:

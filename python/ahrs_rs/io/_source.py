@@ -102,6 +102,11 @@ class Source:
         return b"" if self.is_folder else self.read(size=SNIFF_BYTES)
 
     @property
+    def on_disk(self) -> Path | None:
+        """The file on the disk that it is, unless it is packed, a folder, or comes from elsewhere."""
+        return None if self.is_folder else self._disk
+
+    @property
     def is_zip(self) -> bool:
         """Whether it is a zip archive (as is a file of numpy arrays)."""
         return self.head.startswith(ZIP)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,6 +42,8 @@ MISSING = (
         "-1.#IND",
     ],
 )
+#: Bytes at the beginning and at the end of a file that tell whether it can be read as it is.
+PLAIN = 1 << 16
 #: Rows that are damaged are left out where they are no more than this part of all.
 DAMAGED = 0.01
 
@@ -83,24 +87,54 @@ def read_columns(
     """
     if max(columns) >= layout.width:
         raise ValueError(f"line {layout.start + 1}: expected at least {max(columns) + 1} cells, got {layout.width}")
-    content, repairs = _rows_of(content_of(source), layout)
+    rows, repairs = _plain_rows(source, layout), list[str]()
+    if rows is None:
+        rows, repairs = _rows_of(content_of(source), layout)
     separator = "\t" if layout.separator == " " else layout.separator
-    reader = _Reader(content, separator, layout, columns, frozenset(text), frozenset(whole))
+    reader = _Reader(rows, separator, layout, columns, frozenset(text), frozenset(whole))
     found = reader.read(repairs)
     if not len(next(iter(found.values()))):
         raise ValueError("has a header, but no rows")
     return found, repairs
 
 
-def _rows_of(content: bytes, layout: Layout) -> tuple[bytes, list[str]]:
-    """The rows without what stands above them, and without a last one that is cut off."""
+def _start_of(content: bytes, lines: int) -> int:
+    """Where so many lines end; -1 where there are fewer."""
     start = 0
     line_end = re.compile(rb"\r\n|\n|\r")
-    for _ in range(layout.start):
+    for _ in range(lines):
         end = line_end.search(content, start)
         if end is None:
-            return b"", []
+            return -1
         start = end.end()
+    return start
+
+
+def _plain_rows(source: Source, layout: Layout) -> tuple[Path, int] | None:
+    """A file on the disk that can be read as it is, and where its rows begin; None where they have to be put right."""
+    path = source.on_disk
+    if path is None or layout.separator == " ":
+        return None
+    with path.open("rb") as file:
+        head = file.read(PLAIN)
+        file.seek(max(file.seek(0, os.SEEK_END) - PLAIN, 0))
+        tail = file.read(PLAIN)
+    start = _start_of(head, layout.start)
+    # A \r at the very end of the head may be half of a line end.
+    if encoding_of(head).startswith("utf-16") or not 0 <= start < len(head):
+        return None
+    rows = tail.rstrip(b"\r\n")
+    last = rows[max(rows.rfind(b"\n"), rows.rfind(b"\r")) + 1 :]
+    if last != last.rstrip(b" \0") or len(cells(last.decode("latin-1"), layout.separator)) != layout.width:
+        return None
+    return path, start
+
+
+def _rows_of(content: bytes, layout: Layout) -> tuple[bytes, list[str]]:
+    """The rows without what stands above them, and without a last one that is cut off."""
+    start = _start_of(content, layout.start)
+    if start < 0:
+        return b"", []
     content = content[start:].rstrip(b" \r\n\0")
     repairs = []
     begin = max(content.rfind(b"\n"), content.rfind(b"\r")) + 1
@@ -119,14 +153,14 @@ class _Reader:
 
     def __init__(
         self,
-        content: bytes,
+        rows: bytes | tuple[Path, int],
         separator: str,
         layout: Layout,
         columns: Mapping[int, str],
         text: frozenset[int],
         whole: frozenset[int],
     ) -> None:
-        self.content, self.separator, self.layout, self.columns = content, separator, layout, columns
+        self.rows, self.separator, self.layout, self.columns = rows, separator, layout, columns
         self.text, self.whole = text, whole
         self.damaged = 0
 
@@ -154,21 +188,34 @@ class _Reader:
             for index in self.columns
         }
         wanted = [names[index] for index in ([only] if only is not None else self.columns)]
-        return pa_csv.read_csv(
-            pa.BufferReader(pa.py_buffer(self.content)),
-            read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 22),
-            parse_options=pa_csv.ParseOptions(
-                delimiter=self.separator, invalid_row_handler=None if strict else self._skip, ignore_empty_lines=True
-            ),
-            convert_options=pa_csv.ConvertOptions(
-                include_columns=wanted,
-                column_types=types,
-                null_values=list(MISSING),
-                strings_can_be_null=False,
-                check_utf8=False,
-                decimal_point=self.layout.decimal,
-            ),
-        )
+        with self._open() as rows:
+            return pa_csv.read_csv(
+                rows,
+                read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 22),
+                parse_options=pa_csv.ParseOptions(
+                    delimiter=self.separator,
+                    invalid_row_handler=None if strict else self._skip,
+                    ignore_empty_lines=True,
+                ),
+                convert_options=pa_csv.ConvertOptions(
+                    include_columns=wanted,
+                    column_types=types,
+                    null_values=list(MISSING),
+                    strings_can_be_null=False,
+                    check_utf8=False,
+                    decimal_point=self.layout.decimal,
+                ),
+            )
+
+    def _open(self) -> Any:
+        """The rows for pyarrow: the bytes, or the file from where they begin."""
+        pa = require("pyarrow")
+        if isinstance(self.rows, bytes):
+            return pa.BufferReader(pa.py_buffer(self.rows))
+        path, start = self.rows
+        file = path.open("rb")
+        file.seek(start)
+        return pa.PythonFile(file, mode="r")
 
     def _skip(self, row: Any) -> str:
         self.damaged += 1
