@@ -29,14 +29,11 @@ from __future__ import annotations
 
 import errno
 import glob
-import hashlib
 import os
 import platform
-import secrets
 import shutil
 import stat
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -151,12 +148,14 @@ class Together:
                 raise ValueError(f"expected two files, got {given} twice")
         folder = target.parent
         if special:
+            import tempfile  # here: where a folder is not to be written to
+
             folder = Path(tempfile.mkdtemp())
             self._folders.append(folder)
         file = _File(
             given,
             target,
-            folder / _name_beside(target, _place() + f"{os.getpid():0{PID_DIGITS}x}" + secrets.token_hex(3)),
+            folder / _name_beside(target, _place() + f"{os.getpid():0{PID_DIGITS}x}" + os.urandom(3).hex()),
             special,
         )
         self._files.append(file)  # before it is made: a signal may come in between
@@ -262,6 +261,8 @@ def _place() -> str:
     with suppress(OSError):
         parts.append(Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii"))
         parts.append(str(Path("/proc/self/ns/pid").readlink()))
+    import hashlib  # here: the package is imported without it
+
     return hashlib.sha256("\0".join(parts).encode(errors="replace")).hexdigest()[:8]
 
 

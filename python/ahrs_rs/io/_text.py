@@ -87,7 +87,8 @@ def read_columns(
     """
     if max(columns) >= layout.width:
         raise ValueError(f"line {layout.start + 1}: expected at least {max(columns) + 1} cells, got {layout.width}")
-    rows, repairs = _plain_rows(source, layout), list[str]()
+    repairs: list[str] = []
+    rows: bytes | tuple[Path, int] | None = _plain_rows(source, layout)
     if rows is None:
         rows, repairs = _rows_of(content_of(source), layout)
     separator = "\t" if layout.separator == " " else layout.separator
