@@ -118,6 +118,7 @@ damage: dev ## Read a thousand damaged files of every format: an error or what i
 bench: dev ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
+	$(BIN)/python benches/reading.py
 	cargo bench --quiet
 
 attack: build ## End commands at random moments and look for leaks (hours) into docs/attacks.md

@@ -90,10 +90,11 @@ def _cleaned(name: str, values: Any, repairs: list[str]) -> NDArray[Any]:
         return array
     if array.dtype.kind not in "fiub":
         raise ValueError(f"{name}: expected real numbers, got dtype {array.dtype}")
-    array = np.array(array, dtype=np.float64)  # a copy: what a library lent stays as it is
+    # What a library lent is copied: it may be taken away. What is changed below is copied where it is changed.
+    array = np.asarray(array, dtype=np.float64) if array.flags.owndata else np.array(array, dtype=np.float64)
     infinite = np.isinf(array)
     if infinite.any():
-        array[infinite] = np.nan
+        array = np.where(infinite, np.nan, array)
         repairs.append(f"{name}: {int(infinite.sum())} infinite values turned into NaN")
     return _orientations(name, array, repairs) if name in ORIENTATIONS else array
 
@@ -105,6 +106,8 @@ def _orientations(name: str, quat: FloatArray, repairs: list[str]) -> FloatArray
     deviation = np.abs(norm - 1.0)
     mended = (deviation > NORM_KEPT) & (deviation <= NORM_MENDED)
     lost = deviation > NORM_MENDED
+    if mended.any() or lost.any():
+        quat = quat.copy()
     if mended.any():
         quat[mended] /= norm[mended, None]
         repairs.append(f"{name}: {int(mended.sum())} quaternions normalised")

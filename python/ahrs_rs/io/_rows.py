@@ -154,8 +154,12 @@ def _values(table: TableData, quantity: str, group: Sequence[Column], rows: NDAr
     if quantity == "mask":
         mask = _mask(table.values[group[0].index], group[0].header)
         return mask if rows is None else mask[rows]
-    parts = [_numbers(table.values[column.index], column, rows) for column in group]
-    array: NDArray[Any] = np.column_stack(parts) if len(parts) > 1 else parts[0]
+    block = _block([table.values[column.index] for column in group]) if rows is None else None
+    if block is not None:
+        array: NDArray[Any] = _converted(block, group[0])
+    else:
+        parts = [_numbers(table.values[column.index], column, rows) for column in group]
+        array = np.column_stack(parts) if len(parts) > 1 else parts[0]
     if table.profile is not None and table.mark is not None and table.profile.missing is not None:
         _, value, of = table.profile.missing
         if of == quantity:
@@ -172,7 +176,23 @@ def _numbers(values: NDArray[Any], column: Column, rows: NDArray[np.intp] | None
             raise ValueError(f"column {column.header!r}: expected numbers, got text") from None
     if values.dtype.kind not in "fiub":
         raise ValueError(f"column {column.header!r}: expected numbers, got dtype {values.dtype}")
-    array = np.asarray(values if rows is None else values[rows], dtype=np.float64)
+    return _converted(np.asarray(values if rows is None else values[rows], dtype=np.float64), column)
+
+
+def _block(columns: Sequence[NDArray[Any]]) -> NDArray[Any] | None:
+    """The array of which these are the columns, in this order, if there is one: readers make them so."""
+    base = columns[0].base
+    if not isinstance(base, np.ndarray) or base.dtype != np.float64 or base.shape != (len(columns[0]), len(columns)):
+        return None
+    same = all(
+        column.base is base and column.ctypes.data == base.ctypes.data + k * base.strides[1]
+        for k, column in enumerate(columns)
+    )
+    return base if same and base.flags.c_contiguous else None
+
+
+def _converted(array: FloatArray, column: Column) -> FloatArray:
+    """Readings in our unit."""
     if not column.unit or column.quantity not in ASSUMED:
         return array
     factor, offset = conversion(column.quantity, column.unit)

@@ -49,7 +49,14 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
         for column in clock.columns
         if column.index not in text and _are_long(layout, column.index)
     ]
-    values, repairs = _text.read_columns(source, layout, wanted, text=text, whole=whole)
+    axes = [
+        tuple(column.index for column in columns)
+        for quantities in choice.sensors.values()
+        for columns in quantities.values()
+        if len(columns) > 1
+    ]
+    alone = [group for group in axes if all(sum(index in one for one in axes) == 1 for index in group)]
+    values, repairs = _text.read_columns(source, layout, wanted, text=text, whole=whole, groups=alone)
     table = TableData(
         headers=layout.headers,
         values=values,

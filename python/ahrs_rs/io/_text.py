@@ -64,6 +64,7 @@ def read_columns(
     *,
     text: Collection[int] = (),
     whole: Collection[int] = (),
+    groups: Collection[tuple[int, ...]] = (),
 ) -> tuple[dict[int, NDArray[Any]], list[str]]:
     """Columns (index -> name for messages) of a text table below its header.
 
@@ -73,6 +74,7 @@ def read_columns(
     columns : those that are wanted.
     text : of these, those that are kept as text.
     whole : of these, those that hold integers, which a float64 has no room for (nanoseconds since 1970).
+    groups : columns of numbers that are the axes of one reading: they come as the columns of one array.
 
     Returns
     -------
@@ -93,7 +95,7 @@ def read_columns(
         rows, repairs = _rows_of(content_of(source), layout)
     separator = "\t" if layout.separator == " " else layout.separator
     reader = _Reader(rows, separator, layout, columns, frozenset(text), frozenset(whole))
-    found = reader.read(repairs)
+    found = reader.read(repairs, groups)
     if not len(next(iter(found.values()))):
         raise ValueError("has a header, but no rows")
     return found, repairs
@@ -165,7 +167,7 @@ class _Reader:
         self.text, self.whole = text, whole
         self.damaged = 0
 
-    def read(self, repairs: list[str]) -> dict[int, NDArray[Any]]:
+    def read(self, repairs: list[str], groups: Collection[tuple[int, ...]]) -> dict[int, NDArray[Any]]:
         pa = require("pyarrow")
         errors = (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowKeyError)
         try:
@@ -175,7 +177,12 @@ class _Reader:
                 raise ValueError(self._explained(error)) from error
             return self._one_by_one(repairs, errors, error)
         self._count(table.num_rows, repairs)
-        return {index: _numpy(table.column(k)) for k, index in enumerate(self.columns)}
+        rooms: dict[int, FloatArray] = {}
+        for group in groups:
+            if not self.text.intersection(group) and not self.whole.intersection(group):
+                block = np.empty((table.num_rows, len(group)))
+                rooms |= {index: block[:, k] for k, index in enumerate(group)}
+        return {index: _numpy(table.column(k), rooms.get(index)) for k, index in enumerate(self.columns)}
 
     def _table(
         self, text: frozenset[int], whole: frozenset[int], *, strict: bool = False, only: int | None = None
@@ -192,7 +199,7 @@ class _Reader:
         with self._open() as rows:
             return pa_csv.read_csv(
                 rows,
-                read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 22),
+                read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 20),
                 parse_options=pa_csv.ParseOptions(
                     delimiter=self.separator,
                     invalid_row_handler=None if strict else self._skip,
@@ -214,9 +221,9 @@ class _Reader:
         if isinstance(self.rows, bytes):
             return pa.BufferReader(pa.py_buffer(self.rows))
         path, start = self.rows
-        file = path.open("rb")
+        file = pa.OSFile(os.fspath(path))
         file.seek(start)
-        return pa.PythonFile(file, mode="r")
+        return file
 
     def _skip(self, row: Any) -> str:
         self.damaged += 1
@@ -303,8 +310,8 @@ class _Reader:
         return f"is not a table of numbers: {text}"
 
 
-def _numpy(column: Any) -> NDArray[Any]:
-    """A column of pyarrow as an array, without pandas (which pyarrow's own way imports).
+def _numpy(column: Any, room: FloatArray | None = None) -> NDArray[Any]:
+    """A column of pyarrow as an array (in the room that is given), without pandas, which pyarrow's own way imports.
 
     Numbers come from the buffers; missing integers make the column float64.
     """
@@ -326,4 +333,10 @@ def _numpy(column: Any) -> NDArray[Any]:
             valid = bits[chunk.offset : chunk.offset + len(chunk)].view(np.bool_)
             numbers = np.where(valid, numbers, np.nan)
         parts.append(numbers)
-    return np.concatenate(parts) if parts else np.zeros(0, dtype)
+    if room is None:
+        return np.concatenate(parts) if parts else np.zeros(0, dtype)
+    begin = 0
+    for part in parts:
+        room[begin : begin + len(part)] = part
+        begin += len(part)
+    return room
