@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: attack aarch64 oracle wheel baseline pair dev header format formats damage tables clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack header format formats damage tables clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -121,9 +121,6 @@ bench: dev ## Time every filter beside other packages into docs/performance.md, 
 	$(BIN)/python benches/reading.py
 	cargo bench --quiet
 
-attack: build ## End commands at random moments and look for leaks (hours) into docs/attacks.md
-	$(BIN)/python tools/attack.py
-
 wheel: $(VENV)/.made ## Build a wheel into target/wheels, without the symbols that a test counts
 	$(BIN)/maturin build --release --strip
 
@@ -143,6 +140,9 @@ $(PAST)/.made: $(VENV)/.made
 
 pair: build baseline ## Time this build beside the one of the past (ARGS="--filter VQF ..."; ARGS=--help lists them)
 	$(BIN)/python benches/pair.py --old $(PAST)/python $(ARGS)
+
+attack: dev ## End commands at random moments and look for leaks (hours) into docs/attacks.md
+	$(BIN)/python tools/attack.py
 
 firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
 	$(PYTHON) tools/firmware.py
