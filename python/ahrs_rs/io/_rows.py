@@ -352,7 +352,7 @@ def _two_parts(clock: Clock, parts: Sequence[NDArray[Any]]) -> tuple[FloatArray,
 
 def _wrong(t: FloatArray, clock: Clock) -> str:
     """Why a clock can be none of an inertial sensor: "rate", "order" or ""."""
-    known = t[np.isfinite(t)]
+    known = t if np.isfinite(t.sum()) else t[np.isfinite(t)]
     if known.size < 2:
         return "rate" if len(t) > 1 else ""
     falls = np.count_nonzero(known[1:] < known[:-1])
