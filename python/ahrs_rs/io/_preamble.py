@@ -208,14 +208,21 @@ def _is_row(row: Sequence[str], width: int) -> bool:
 
 def _found_header(made: Layout, lines: Sequence[str]) -> None:
     """Finds the first row and the names above it."""
-    split = [(i, cells(line, made.separator)) for i, line in enumerate(lines) if line.strip()]
-    if not split:
+    filled = [(i, line) for i, line in enumerate(lines) if line.strip()]
+    if not filled:
         raise ValueError("has no header line")
-    last = [len(row) for _, row in split[-min(SAMPLE, max(2, len(split) // 2)) :]]
+    split: list[tuple[int, list[str]]] = []
+
+    def until(count: int) -> list[tuple[int, list[str]]]:
+        """The first lines as cells: no more of them are split than are looked at."""
+        split.extend((i, cells(line, made.separator)) for i, line in filled[len(split) : count])
+        return split
+
+    last = [len(cells(line, made.separator)) for _, line in filled[-min(SAMPLE, max(2, len(filled) // 2)) :]]
     width = max(set(last), key=lambda one: (last.count(one), one))
     first = None
-    for k in range(len(split)):
-        near = [_is_row(other, width) for _, other in split[k : k + 4]]
+    for k in range(len(filled)):
+        near = [_is_row(other, width) for _, other in until(k + 4)[k : k + 4]]
         if near[0] and 2 * sum(near) >= len(near):
             first = k
             break
@@ -223,7 +230,7 @@ def _found_header(made: Layout, lines: Sequence[str]) -> None:
         made.headers, made.width, made.start = split[-1][1], len(split[-1][1]), split[-1][0] + 1
         return
     made.start = split[first][0]
-    made.rows = [row for _, row in split[first : first + SAMPLE]]
+    made.rows = [row for _, row in until(first + SAMPLE)[first : first + SAMPLE]]
     made.width = len(made.rows[0])
     above = split[:first]
     if above:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,8 @@ MISSING = (
         "-1.#IND",
     ],
 )
+#: Those that nearly all tables have, "nan" being a number: with fewer to look for, a tenth of the time is saved.
+USUAL = ("",)
 #: Bytes at the beginning and at the end of a file that tell whether it can be read as it is.
 PLAIN = 1 << 16
 #: Rows that are damaged are left out where they are no more than this part of all.
@@ -171,7 +173,12 @@ class _Reader:
         pa = require("pyarrow")
         errors = (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowKeyError)
         try:
-            table = self._table(self.text, self.whole)
+            try:
+                table = self._table(self.text, self.whole, missing=USUAL)
+            except errors as error:
+                if "conversion error" not in str(error):
+                    raise
+                table = self._table(self.text, self.whole)
         except errors as error:
             if "conversion error" not in str(error):
                 raise ValueError(self._explained(error)) from error
@@ -185,7 +192,13 @@ class _Reader:
         return {index: _numpy(table.column(k), rooms.get(index)) for k, index in enumerate(self.columns)}
 
     def _table(
-        self, text: frozenset[int], whole: frozenset[int], *, strict: bool = False, only: int | None = None
+        self,
+        text: frozenset[int],
+        whole: frozenset[int],
+        *,
+        strict: bool = False,
+        only: int | None = None,
+        missing: Sequence[str] = MISSING,
     ) -> Any:
         """The wanted columns; `strict` stops at the first row of another width, and numbers the rows."""
         pa, pa_csv = require("pyarrow"), require("pyarrow.csv")
@@ -208,7 +221,7 @@ class _Reader:
                 convert_options=pa_csv.ConvertOptions(
                     include_columns=wanted,
                     column_types=types,
-                    null_values=list(MISSING),
+                    null_values=list(missing),
                     strings_can_be_null=False,
                     check_utf8=False,
                     decimal_point=self.layout.decimal,
