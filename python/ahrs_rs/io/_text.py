@@ -46,6 +46,8 @@ MISSING = (
 USUAL = ("",)
 #: Bytes at the beginning and at the end of a file that tell whether it can be read as it is.
 PLAIN = 1 << 16
+#: Threads do not pay on so few processors.
+FEW = 2
 #: Rows that are damaged are left out where they are no more than this part of all.
 DAMAGED = 0.01
 
@@ -212,7 +214,9 @@ class _Reader:
         with self._open() as rows:
             return pa_csv.read_csv(
                 rows,
-                read_options=pa_csv.ReadOptions(use_threads=not strict, column_names=names, block_size=1 << 20),
+                read_options=pa_csv.ReadOptions(
+                    use_threads=not strict and pa.cpu_count() > FEW, column_names=names, block_size=1 << 20
+                ),
                 parse_options=pa_csv.ParseOptions(
                     delimiter=self.separator,
                     invalid_row_handler=None if strict else self._skip,
