@@ -118,6 +118,7 @@ damage: dev ## Read a thousand damaged files of every format: an error or what i
 bench: dev ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
+	$(BIN)/python benches/reading.py
 	cargo bench --quiet
 
 wheel: $(VENV)/.made ## Build a wheel into target/wheels, without the symbols that a test counts
@@ -139,6 +140,7 @@ $(PAST)/.made: $(VENV)/.made
 
 pair: build baseline ## Time this build beside the one of the past (ARGS="--filter VQF ..."; ARGS=--help lists them)
 	$(BIN)/python benches/pair.py --old $(PAST)/python $(ARGS)
+
 attack: dev ## End commands at random moments and look for leaks (hours) into docs/attacks.md
 	$(BIN)/python tools/attack.py
 

@@ -54,9 +54,15 @@ def quoted(text: str) -> str:
     return f'"{text}"'
 
 
+def ignored(param: Param) -> str:
+    """For a parameter of what every filter has: an attribute there, which a property goes over."""
+    return "  # type: ignore[override]" if param.name in Filter.__annotations__ else ""
+
+
 def class_stub(cls: type[Filter]) -> str:
     attributes = [
-        f"    @property\n    def {param.name}(self) -> {attribute_type(param)}: ..." for param in cls.PARAMS.values()
+        f"    @property\n    def {param.name}(self) -> {attribute_type(param)}: ...{ignored(param)}"
+        for param in cls.PARAMS.values()
     ]
     lines = [
         "",

@@ -15,7 +15,8 @@ Several files of one command: all of them are written before the first is put in
         with files.replacing(plot) as beside: ...
 
 - After an error, a signal that is an exception, or a kill the file is as it was before, or it is not there. A process
-  that is killed leaves a hidden file ``.NAME.….part.ENDING`` beside at most.
+  that is killed leaves a hidden file ``.NAME.….part.ENDING`` beside at most, which the next writing of the same file
+  removes.
 - The contents are on the disk (fsync) before they take the name, unless ``durable=False``.
 - Mode and owner of a file that was there are kept, and a symbolic link to it stays one. A write-protected file is a
   ``PermissionError``, also where its folder would allow to replace it.
@@ -27,15 +28,16 @@ Several files of one command: all of them are written before the first is put in
 from __future__ import annotations
 
 import errno
+import glob
 import os
-import secrets
+import platform
 import shutil
 import stat
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Self, TypeAlias
@@ -44,6 +46,8 @@ AnyPath: TypeAlias = str | os.PathLike[str]
 
 #: What of a name goes into the name of the file beside: names have 255 bytes at most.
 STEM_BYTES, SUFFIX_LENGTH = 100, 32
+#: Hexadecimal digits of a process's number in it.
+PID_DIGITS = 8
 
 #: Files that are written now, by whatever thread.
 _unfinished: set[Path] = set()
@@ -99,6 +103,8 @@ class Together:
         """The path of an empty file that is to be written in place of `path`, with the same ending."""
         file = self._new(Path(path))
         with _naming(file):
+            if not file.special:
+                _remove_leftovers(file)
             _create(file.beside)
             yield file.beside
             if self.durable and not file.special:
@@ -142,11 +148,16 @@ class Together:
                 raise ValueError(f"expected two files, got {given} twice")
         folder = target.parent
         if special:
+            import tempfile  # here: where a folder is not to be written to
+
             folder = Path(tempfile.mkdtemp())
             self._folders.append(folder)
-        stem = target.stem.lstrip(".").encode(errors="surrogateescape")[:STEM_BYTES].decode(errors="ignore")
-        name = f".{stem}.{secrets.token_hex(6)}.part{target.suffix[:SUFFIX_LENGTH]}"
-        file = _File(given, target, folder / name, special)
+        file = _File(
+            given,
+            target,
+            folder / _name_beside(target, _place() + f"{os.getpid():0{PID_DIGITS}x}" + os.urandom(3).hex()),
+            special,
+        )
         self._files.append(file)  # before it is made: a signal may come in between
         _unfinished.add(file.beside)
         return file
@@ -234,8 +245,50 @@ def _is_special(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
+def _name_beside(target: Path, unique: str) -> str:
+    stem = target.stem.lstrip(".").encode(errors="surrogateescape")[:STEM_BYTES].decode(errors="ignore")
+    return f".{stem}.{unique}.part{target.suffix[:SUFFIX_LENGTH]}"
+
+
 def _create(path: Path) -> None:
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+
+
+@lru_cache(maxsize=1)
+def _place() -> str:
+    """What tells the processes of this machine, since it was started and in this container, from those of others."""
+    parts = [platform.node()]
+    with suppress(OSError):
+        parts.append(Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii"))
+        parts.append(str(Path("/proc/self/ns/pid").readlink()))
+    import hashlib  # here: the package is imported without it
+
+    return hashlib.sha256("\0".join(parts).encode(errors="replace")).hexdigest()[:8]
+
+
+def _remove_leftovers(file: _File) -> None:
+    """Remove what processes of this machine have left of earlier writings of the file when they were killed."""
+    if sys.platform == "win32":
+        return
+    place = _place()
+    pattern = _name_beside(Path(glob.escape(str(file.target))), f"{place}{'?' * PID_DIGITS}{'?' * 6}")
+    for left in file.target.parent.glob(pattern):
+        _, _, numbers = (
+            left.name.removesuffix(file.target.suffix[:SUFFIX_LENGTH]).removesuffix(".part").rpartition(place)
+        )
+        with suppress(OSError, ValueError, OverflowError):
+            if not _is_running(int(numbers[:PID_DIGITS], 16)):
+                left.unlink()
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # of another user
+        return True
+    return True
 
 
 def _keep_mode(file: _File) -> None:

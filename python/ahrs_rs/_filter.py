@@ -191,11 +191,12 @@ class Filter(_native.NativeFilter):
         mag : same shape, magnetic field in µT, or None
         t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and
             durations of numpy, pandas, polars and Arrow (dates count from the first one)
-        q0 : (4,) or (N, 4), attitude one step before the first sample; by default the first samples align
+        q0 : (4,) or (N, 4), or scipy's Rotation, one step before the first sample; by default the first samples align
         state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
         outputs : names from ``OUTPUTS``, for ``Estimate.extra``
         out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
-        threads : how many recordings are computed at once; by default as many as there are cores
+        threads : how many recordings are computed at once; by default as many as there are cores and as the work pays
+            for, or as the environment says (AHRS_RS_NUM_THREADS)
 
         Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
         so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of
@@ -239,7 +240,8 @@ class Filter(_native.NativeFilter):
         indices = [self._output_index(name) for name in names]
         states = self._given_states(state, dtype)
         snapshots = None if states is None else [(list(s.variables), s.last_t, s.samples) for s in states]
-        return Call((gyr, acc, mag, t, q0, snapshots, indices, out), dtype, names, states or [])
+        start = _inputs.attitude(q0)
+        return Call((gyr, acc, mag, t, start, snapshots, indices, out), dtype, names, states or [])
 
     def _estimate(self, call: Call, result: Any) -> Estimate:
         """What the native side gave for a call."""

@@ -40,6 +40,11 @@ def inputs(name: str, gyroscope: bool, gyr: Any, acc: Any, mag: Any, t: Any, *, 
     return (gyr if gyr is not None else _no_gyroscope(name, gyroscope, acc)), acc, mag, t
 
 
+def attitude(q0: Any) -> Any:
+    """A start as numbers: a rotation of scipy gives its quaternion."""
+    return q0.as_quat(scalar_first=True) if hasattr(q0, "as_quat") else q0
+
+
 def _no_gyroscope(name: str, needed: bool, acc: Any) -> Any:
     """A gyroscope at rest, for the filters that turn by it only where the accelerometer has no sample."""
     if needed:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_rs._rate import median
+
 FloatArray = NDArray[np.float64]
 
 #: Standard gravity, m/s².
@@ -57,7 +59,7 @@ def doubt(name: str, values: NDArray[Any]) -> str | None:
         if fast > GYR:
             return f"an angular rate of {fast:.4g} rad/s (99 % of the rows are below) is that of no gyroscope"
         return None
-    middle = float(np.median(found))
+    middle = median(found)
     low, high = ACC if name == "acc" else MAG
     unit = "m/s²" if name == "acc" else "µT"
     if low <= middle <= high or (name == "mag" and NORMALISED[0] <= middle <= NORMALISED[1]):
@@ -69,7 +71,7 @@ def doubt(name: str, values: NDArray[Any]) -> str | None:
 def likely_unit(name: str, values: NDArray[Any]) -> str | None:
     """The unit that the readings of `doubt` look like, or None."""
     found = _norms(values)
-    middle = float(np.median(found))
+    middle = median(found)
     if name == "gyr":
         return "deg/s" if _fast(found) < 5000.0 else "mdps"
     if name == "acc":
@@ -83,7 +85,7 @@ def likely_unit(name: str, values: NDArray[Any]) -> str | None:
 def is_normalised(values: NDArray[Any]) -> bool:
     """Whether magnetic readings are in units of the local field: their median norm is about 1."""
     found = _norms(values)
-    return bool(found.size) and NORMALISED[0] <= float(np.median(found)) <= NORMALISED[1]
+    return bool(found.size) and NORMALISED[0] <= median(found) <= NORMALISED[1]
 
 
 def doubtful_rate(rate: float) -> str | None:
@@ -108,7 +110,7 @@ def doubtful_stamps(t: NDArray[Any]) -> str | None:
             f"float32 has no room for {largest:.6g} s: its steps are {room:.3g} s (use float64, or take off the first)"
         )
     if t.dtype.kind in "iu" and t.size > 1:
-        step = float(np.median(np.diff(t.astype(np.float64))))
+        step = median(np.diff(t.astype(np.float64)))
         if step > INTEGER_STEP:
             unit = likely_time_unit(1.0 / step)
             looks = f", which looks like {unit}: divide by {1.0 / _TIME_UNITS[unit]:.0e}" if unit else ""
@@ -180,7 +182,7 @@ def looks_like_degrees(gyr: NDArray[Any], acc: NDArray[Any], t: FloatArray) -> b
     if not (_are_rows(gyr) and _are_rows(acc) and len(gyr) == len(acc) == len(t)):
         return False
     norms = _norms(_some(gyr))
-    if not norms.size or not float(np.median(norms)) > FAST:
+    if not norms.size or not median(norms) > FAST:
         return False
     pairs = np.arange(1, len(gyr), max(len(gyr) // PAIRS, 1))
     known = ~np.isnan(np.hstack([gyr[pairs], acc[pairs], acc[pairs - 1]])).any(axis=1)

@@ -51,8 +51,8 @@ def dtype(value: object) -> str:
     return value
 
 
-def variables(values: object, dtype: str) -> tuple[float, ...]:
-    """Numbers that are finite in the dtype."""
+def variables(values: object, largest: float) -> tuple[float, ...]:
+    """Numbers that are no larger."""
     if isinstance(values, tuple) and set(map(type, values)) <= {float}:
         numbers = values
     else:
@@ -61,10 +61,9 @@ def variables(values: object, dtype: str) -> tuple[float, ...]:
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"variables: expected numbers, got {shown(values)}") from None
     # There are a thousand of some filters, and a check at every run: so no loop of Python's for those that are right.
-    largest = LARGEST[dtype]
     if not (all(map(math.isfinite, numbers)) and max(map(abs, numbers), default=0.0) <= largest):
         bad = next(value for value in numbers if not abs(value) <= largest)
-        raise ValueError(f"variables: expected numbers that are finite in the dtype, got {bad}")
+        raise ValueError(f"variables: expected numbers up to {largest:.3g}, got {bad}")
     return numbers
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -73,7 +74,12 @@ class Stream:
         """(n,) where nothing was read: all values of a row are NaN."""
         if self.values.dtype.kind != "f":
             return np.zeros(len(self), dtype=np.bool_)
-        nothing: NDArray[np.bool_] = np.isnan(self.values.reshape(len(self), -1)).all(axis=1)
+        columns = self.values.reshape(len(self), math.prod(self.values.shape[1:]))
+        nothing: NDArray[np.bool_] = np.ones(len(self), dtype=np.bool_)
+        for k in range(columns.shape[1]):
+            nothing &= np.isnan(columns[:, k])
+            if not nothing.any():  # as nearly always after the first column
+                break
         return nothing
 
     def present(self) -> Stream:

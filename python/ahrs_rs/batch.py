@@ -46,7 +46,7 @@ def run_many(
     f : the filter; it is not changed
     recordings : each a `Recording`, a dict of keyword arguments of ``Filter.run`` (gyr, acc, mag, t, q0, state,
         outputs, out), or a tuple (gyr, acc, mag)
-    threads : how many recordings at once; by default as many as there are cores
+    threads : how many recordings at once; by default as many as there are cores and as the work pays for
     progress : show a progress bar, if standard error is a terminal
     errors : ``"raise"`` the first error, or ``"return"`` an exception in its recording's place
 

@@ -467,7 +467,7 @@ class SelfCalKF(Filter):
     @property
     def rate_noise(self) -> float: ...
     @property
-    def gyr_range(self) -> float: ...
+    def gyr_range(self) -> float: ...  # type: ignore[override]
     @property
     def bias_noise(self) -> float: ...
     @property
@@ -787,7 +787,7 @@ class SelfCalSmoother(Filter):
     @property
     def gravity(self) -> float: ...
     @property
-    def gyr_range(self) -> float: ...
+    def gyr_range(self) -> float: ...  # type: ignore[override]
     def __new__(
         cls,
         *,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _atomic, metrics
+from ahrs_rs._printable import in_figure
 from ahrs_rs.recording import Recording
 
 if TYPE_CHECKING:
@@ -148,7 +150,7 @@ def draw(panels: Sequence[ErrorPanel], labels: Sequence[str]) -> Figure:
     for column, panel in enumerate(panels):
         for row, name in enumerate(ERRORS):
             _draw_axes(grid[row, column], panel, name, labels)
-        grid[0, column].set_title(panel.title, fontsize="medium")
+        grid[0, column].set_title(in_figure(panel.title), fontsize="medium")
         step = "" if panel.samples == len(panel.t) else f" (a point: RMS of {panel.step:.2g} s)"
         grid[-1, column].set_xlabel(f"time [s]{step}")
     for row, name in enumerate(ERRORS):
@@ -180,7 +182,7 @@ def _draw_axes(axes: Axes, panel: ErrorPanel, name: str, labels: Sequence[str]) 
             color=f"C{index % COLOURS}",
             linestyle=STYLES[index // COLOURS % len(STYLES)],
             linewidth=1.2,
-            label=label,
+            label=in_figure(label),
             zorder=3 + 1 / (1 + index),  # the first ones, which matter most, lie above
         )
     axes.grid(True, which="major", color="0.8", linewidth=0.6)
@@ -212,5 +214,7 @@ def check_ending(path: str | os.PathLike[str]) -> None:
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write the figure in the format that the ending of the name tells; ValueError for another ending."""
     check_ending(path)
-    with _atomic.replacing(path) as beside:
+    with _atomic.replacing(path) as beside, warnings.catch_warnings():
+        # A letter of a name that the font lacks is drawn as a box.
+        warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
         figure.savefig(beside, dpi=130)

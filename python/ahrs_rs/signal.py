@@ -75,7 +75,10 @@ class LowPassState:
         ):
             raise ValueError(f"snapshots: expected pairs, got {_stored.shown(snapshots)}")
         object.__setattr__(self, "shape", tuple(_stored.count("shape", size) for size in shape))
-        kept = tuple((_stored.variables(variables, self.dtype), _stored.stamp(last)) for variables, last in snapshots)
+        kept = tuple(
+            (_stored.variables(variables, _stored.LARGEST[self.dtype]), _stored.stamp(last))
+            for variables, last in snapshots
+        )
         object.__setattr__(self, "snapshots", kept)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self, TypeAlias, cast
@@ -16,6 +17,8 @@ Setting: TypeAlias = float | str | bool
 Settings: TypeAlias = tuple[tuple[str, Setting], ...]
 
 FORMAT = "ahrs_rs.state"
+#: A measurement whose square overflows is missing, so that no filter holds a larger number, but for rounding.
+ROOM = 1.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +31,7 @@ class State:
     Raises
     ------
     ValueError
-        A value of a wrong type, one that is not finite in the dtype, another version of the format.
+        A value of a wrong type, one whose square is not finite in the dtype, another version of the format.
 
     Examples
     --------
@@ -65,7 +68,9 @@ class State:
         _stored.dtype(self.dtype)
         # What came through JSON has lists in place of tuples.
         object.__setattr__(self, "settings", _settings(self.settings))
-        object.__setattr__(self, "variables", _stored.variables(self.variables, self.dtype))
+        object.__setattr__(
+            self, "variables", _stored.variables(self.variables, ROOM * math.sqrt(_stored.LARGEST[self.dtype]))
+        )
         object.__setattr__(self, "last_t", _stored.stamp(self.last_t))
         object.__setattr__(self, "samples", _stored.count("samples", self.samples))
 

@@ -7,8 +7,9 @@ use nalgebra::SMatrix;
 use super::Integration;
 use super::error_state::ErrorState;
 use super::kalman::{
-    SATURATION, Square, across, block, cap, column, congruent, diagonal, filled, inflate, new_vertical, none, none3,
-    plus, product, put_rows, reported, saturated, select, set_block, sum3, symmetric, transposed, vec3, zeros,
+    SATURATION, Square, UNKNOWN_ANGLE, across, angle_variance, block, cap, column, congruent, diagonal, filled,
+    inflate, new_vertical, none, none3, plus, product, put_rows, reported, saturated, select, set_block, sum3,
+    symmetric, transposed, vec3, zeros,
 };
 use super::quaternions::{
     dot4, exponential, first_order, left, north_derivative, right, symmetric4, up_derivative, xi,
@@ -180,7 +181,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-#[cfg_attr(not(debug_assertions), inline(always))]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     /// The covariance of this filter is not one to be watched by: its noises are those of a sensor at rest, in motion it is far
     /// too sure. A gross error is one by any measure.
     fn claimed(&self) -> [S; 2] {
@@ -376,9 +377,9 @@ fn start<S: Scalar>(params: &Params<S>, q: Quat<S>) -> Square<S, 7> {
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>, rate: &Square<S, 3>) -> Square<S, 7> {
     let up = column(q.matrix().z);
-    let given = params.initial_heading * params.initial_heading;
+    let given = angle_variance(params.initial_heading);
     let mean = (params.mag_variance_x + params.mag_variance_y + params.mag_variance_z) * S::of(4.0 / 3.0);
-    let heading = S::select(S::zero().lt(params.initial_heading), given, mean);
+    let heading = S::select(S::zero().lt(params.initial_heading), given, mean.min(S::of(UNKNOWN_ANGLE)));
     let tilt = congruent(&across(&up), inclination);
     let p = symmetric(|i, j| S::of(0.25) * (tilt[(i, j)] + heading * up[i] * up[j]));
     let xi = xi(q);
@@ -394,9 +395,9 @@ fn started<S: Scalar>(params: &Params<S>, q: Quat<S>, inclination: &Square<S, 3>
 /// The inclination's variance at the start.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn inclination_variance<S: Scalar>(params: &Params<S>) -> S {
-    let given = params.initial_inclination * params.initial_inclination;
+    let given = angle_variance(params.initial_inclination);
     let mean = (params.acc_variance_x + params.acc_variance_y + params.acc_variance_z) * S::of(1.0 / 3.0);
-    S::select(S::zero().lt(params.initial_inclination), given, mean)
+    S::select(S::zero().lt(params.initial_inclination), given, mean.min(S::of(UNKNOWN_ANGLE)))
 }
 
 /// Corrects by the three components of a direction.

@@ -214,6 +214,13 @@ pub fn inflate<S: Scalar, const N: usize>(p: &mut Square<S, N>) {
     }
 }
 
+/// The variance of an angle with this standard deviation in rad: at most that of an angle of which nothing is known. A larger
+/// one says no more, and beside it `f32` has no room for the other angles.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub fn angle_variance<S: Scalar>(deviation: S) -> S {
+    (deviation * deviation).min(S::of(UNKNOWN_ANGLE))
+}
+
 /// Brings each variance down to its cap.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn cap<S: Scalar, const N: usize>(p: &mut Square<S, N>, caps: impl Fn(usize) -> S) {

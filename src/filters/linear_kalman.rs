@@ -119,9 +119,10 @@ impl<S: Scalar> Filter<S> for LinearKalman<S> {
         // R is that of a sample at the gyroscope's rate.
         let variance = self.params.angle_variance / sample.acc.steps(dt);
         let mut angles = predicted;
-        angles.roll =
-            angles.roll + self.roll.correct(&self.params, valid & roll_defined, wrap(measured.roll - predicted.roll), variance);
-        angles.pitch = angles.pitch + self.pitch.correct(&self.params, valid, wrap(measured.pitch - predicted.pitch), variance);
+        angles.roll = angles.roll
+            + self.roll.correct(&self.params, valid & roll_defined, wrap(measured.roll - predicted.roll), variance);
+        angles.pitch =
+            angles.pitch + self.pitch.correct(&self.params, valid, wrap(measured.pitch - predicted.pitch), variance);
         self.q = angles.to_quat();
     }
     #[cfg_attr(not(debug_assertions), inline(always))]

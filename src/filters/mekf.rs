@@ -6,9 +6,9 @@ use super::delay::{LONGEST_DELAY, caught_up};
 use super::error_state::ErrorState;
 use super::field::{Field, VERTICAL_FIELD};
 use super::kalman::{
-    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, block, cap_group, congruent, diagonal, filled, inflate,
-    new_vertical, none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3, symmetric, transposed,
-    vec3,
+    LARGEST_BIAS, SATURATION, Square, UNKNOWN_ANGLE, angle_variance, block, cap_group, congruent, diagonal, filled,
+    inflate, new_vertical, none, none3, product, put_rows, reported, rows, saturated, select, set_block, sum3,
+    symmetric, transposed, vec3,
 };
 use super::rest::{LONGEST_TIME, LONGEST_WAIT, Rest, Thresholds};
 use crate::filter::{Equivariance, Filter, FilterSpec, Magnetometer, OutputSpec, Sample};
@@ -408,12 +408,11 @@ impl<S: Scalar> MEKF<S> {
 /// The variances at the start.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn initial_variance<S: Scalar>(params: &Params<S>, i: usize) -> S {
-    let deviation = match i {
-        0 | 1 => params.initial_inclination,
-        TURN => params.initial_heading,
-        _ => params.initial_bias,
-    };
-    deviation * deviation
+    match i {
+        0 | 1 => angle_variance(params.initial_inclination),
+        TURN => angle_variance(params.initial_heading),
+        _ => params.initial_bias * params.initial_bias,
+    }
 }
 
 /// An entry of the covariance `p` with the attitude's errors from `first` on as at the start.

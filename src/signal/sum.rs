@@ -1,6 +1,6 @@
 //! A sum of many small terms.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Real, Scalar};
 
 /// A sum that keeps what rounding takes from it (Kahan): many small terms neither stall nor drift, in `f32` either.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +28,14 @@ impl<S: Scalar> Sum<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn with_value(self, value: S) -> Self {
         Sum { value, ..self }
+    }
+    /// The sum, or zero where it is larger than `limit` or has lost more than rounding takes there: in a state that came from
+    /// outside anything may stand.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn or_zero_beyond(self, limit: S) -> Self {
+        let rounding = limit * S::of(4.0) * S::splat(S::Real::EPSILON);
+        let right = self.value.abs().le(limit) & self.lost.abs().le(rounding);
+        Sum::select(right, self, Sum::new(S::zero()))
     }
     /// `yes` where the mask is true, else `no`.
     #[cfg_attr(not(debug_assertions), inline(always))]

@@ -187,3 +187,15 @@ def test_settings_are_checked() -> None:
     for clusters in ([0], [51], [1.5]):
         with pytest.raises(ValueError, match="clusters: expected whole numbers from 1 to 50"):
             allan_deviation(x, RATE, clusters)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("frequency", [0.3, 1.0, 2.1, 7.0])
+def test_a_motion_is_told_by_its_misfit_and_makes_no_number_that_is_none(frequency: float) -> None:
+    t = np.arange(20_000) / RATE
+    noise = white(1e-4, len(t), np.random.default_rng(2))
+    found = allan(np.sin(2.0 * np.pi * frequency * t) + noise, RATE)
+    assert found.misfit > 10.0
+    assert np.isfinite(found.deviation).all()
+    for coefficient in found.coefficients.values():
+        assert 0.0 <= coefficient.low <= coefficient.high < np.inf

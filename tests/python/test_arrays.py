@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -272,6 +272,62 @@ def test_an_out_that_overlaps_the_stamps_is_a_value_error() -> None:
     room = np.zeros((100, 4))
     with pytest.raises(ValueError, match="out: expected a writeable array"):
         ar.Tilt().run(np.zeros((100, 3)), t=room[:, 0], out=room)
+
+
+def table_of(signals: Any, dtype: type = np.float64) -> NDArray[Any]:
+    """Measurements and room for attitudes as columns of one table."""
+    table = np.full((len(signals), 15), -7.0, dtype)
+    table[:, :9] = np.hstack(signals.sensors())
+    return table
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_columns_of_the_table_of_the_inputs_may_be_out(dtype: type, order: Literal["C", "F"]) -> None:
+    signals = motion(600, 8).astype(dtype)
+    f = ar.Madgwick(rate=RATE)
+    plain = f.run(*signals.sensors())
+    table = np.asarray(table_of(signals, dtype), order=order)
+    before = table.copy()
+    out = table[:, 10:14]
+    est = f.run(table[:, :3], table[:, 3:6], table[:, 6:9], out=out)
+    assert est.quat is out
+    assert_same_attitudes(est, plain)
+    assert np.array_equal(np.delete(table, range(10, 14), axis=1), np.delete(before, range(10, 14), axis=1))
+
+
+def test_columns_of_one_table_of_many_recordings_may_be_out() -> None:
+    signals = motion(600, 8)
+    f = ar.Madgwick(rate=RATE)
+    table = table_of(signals)
+    parts = [slice(0, 200), slice(200, 350), slice(350, 600)]
+    plain = ar.run_many(f, [tuple(array[part] for array in signals.sensors()) for part in parts])
+    recordings = [
+        {"gyr": rows[:, :3], "acc": rows[:, 3:6], "mag": rows[:, 6:9], "out": rows[:, 10:14]}
+        for rows in (table[part] for part in parts)
+    ]
+    for est, one, recording in zip(ar.run_many(f, recordings), plain, recordings, strict=True):
+        assert est.quat is recording["out"]
+        assert_same_attitudes(est, one)
+
+
+def test_an_out_that_overlaps_the_input_or_the_out_of_another_recording_is_a_value_error() -> None:
+    signals = motion(600, 8)
+    f = ar.Madgwick(rate=RATE)
+    table = table_of(signals)
+
+    def one(rows: slice, out: NDArray[Any]) -> dict[str, Any]:
+        return {"gyr": table[rows, :3], "acc": table[rows, 3:6], "mag": table[rows, 6:9], "out": out}
+
+    first, second = slice(0, 300), slice(300, 600)
+    for wrong in (table[first, 5:9], table[first, 10:14], table[150:450, 10:14]):
+        before = table.copy()
+        with pytest.raises(ValueError, match="out: expected a writeable array that is no input"):
+            ar.run_many(f, [one(first, table[first, 10:14]), one(second, wrong)])
+        assert np.array_equal(table[:, :9], before[:, :9])
+        found = ar.run_many(f, [one(first, table[first, 10:14]), one(second, wrong)], errors="return")
+        assert any(isinstance(est, ValueError) for est in found)
+        table[...] = before
 
 
 def test_an_out_whose_rows_share_memory_is_a_value_error() -> None:

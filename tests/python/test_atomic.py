@@ -283,3 +283,61 @@ def test_a_kill_at_any_moment_leaves_one_of_the_contents(tmp_path: Path) -> None
         text = path.read_text()
         assert len(text) == 100_000
         assert len(set(text)) == 1
+
+
+#: Begins to write a file, says so, and waits to be killed.
+BEGIN = """
+import sys, time
+from ahrs_rs import _atomic
+with _atomic.text(sys.argv[1]) as file:
+    file.write("half")
+    file.flush()
+    print(flush=True)
+    time.sleep(60)
+"""
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next_writing_and_what_is_being_written_is_not(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "a[1]*.csv"
+    others = [
+        tmp_path / name
+        for name in (".a[1]*.abcdefabcdefabcdefabcd.part.txt", ".b.abcdefabcdefabcdefabcd.part.csv", "a1.csv")
+    ]
+    for other in others:
+        other.write_text("not ours")
+    processes = [subprocess.Popen([sys.executable, "-c", BEGIN, str(path)], stdout=subprocess.PIPE) for _ in range(2)]
+    for process in processes:
+        assert process.stdout is not None
+        process.stdout.readline()
+    before = [name for name in names(tmp_path) if name.endswith(".part.csv") and name.startswith(".a")]
+    assert len(before) == 2
+    processes[0].kill()
+    processes[0].wait()
+    _atomic.write_text(path, "new")
+    left = [name for name in names(tmp_path) if name in before]
+    processes[1].kill()
+    for process in processes:
+        process.wait()
+        assert process.stdout is not None
+        process.stdout.close()
+    assert len(left) == 1
+    _atomic.write_text(path, "newer")
+    assert names(tmp_path) == sorted(["a[1]*.csv", *(other.name for other in others)])
+
+
+def test_many_threads_that_write_one_file_leave_one_of_the_contents(tmp_path: Path) -> None:
+    path = tmp_path / "out.txt"
+
+    def write(letter: str) -> None:
+        for _ in range(20):
+            _atomic.write_text(path, letter * 10_000, durable=False)
+
+    threads = [threading.Thread(target=write, args=(letter,)) for letter in "abcd"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(path.read_text())) == 1
+    assert names(tmp_path) == ["out.txt"]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import ahrs_rs as ar
+from ahrs_rs.papers import Plot, Study, Table, _report
 from commands import Capture, output_of, python, saved
 
 
@@ -103,3 +106,52 @@ def test_listing_filters_imports_nothing_heavy() -> None:
         f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
     )
     assert python("-c", code).stderr == "[]\n"
+
+
+#: Names of files as somebody may give them: a formula, a tag, letters that fonts lack, a line end and a sequence that
+#: moves a terminal's cursor, bytes that are no UTF-8.
+NAMES = [
+    "a$b$c_{x.npz",
+    "$x.npz",
+    "<script>&amp;.npz",
+    "\u6e2c\u8a66.npz",
+    "a\nb\x1b[31m.npz",
+    os.fsdecode(b"w\xff.npz"),
+]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no such names")
+@pytest.mark.parametrize("name", NAMES, ids=ascii)
+def test_any_name_of_a_file_is_shown_drawn_and_written(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    saved(tmp_path / "plain.npz").rename(tmp_path / name)
+    commands = [
+        ("compare", name, "--filters", "tilt", "--plot", "errors.png", "--csv", "table.csv", "--per-file"),
+        ("run", name, "--filter", "tilt", "-o", "out.csv"),
+        ("tune", name, "--filter", "madgwick", "--param", "beta=0.1,0.2", "-o", "tuned.json"),
+        ("run", name, "--filter", "tilt", "-o", name),
+    ]
+    for command in commands:
+        done = python("-m", "ahrs_rs", *command)
+        assert done.returncode == (2 if command[-1] == name else 0), done.stderr
+        assert not done.stderr or done.returncode == 2
+        assert done.stderr.count("\n") <= 1
+        shown = done.stdout + done.stderr
+        assert all(letter.isprintable() for letter in shown.replace("\n", ""))
+    assert {"errors.png", "table.csv", "out.csv", "tuned.json"} <= {path.name for path in tmp_path.iterdir()}
+    assert len((tmp_path / "table.csv").read_text(encoding="utf-8").splitlines()) == 3
+
+
+def test_what_a_report_shows_ends_no_element_of_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hostile = "</script><!--<script>$x$"
+    study = Study("x", hostile, hostile, tables=[Table(hostile, [hostile], [[hostile]], note=hostile)], claims=[],
+                  plots=[Plot(hostile, [{"name": hostile}], {})])  # fmt: skip
+    monkeypatch.setattr(_report, "require_plotly", lambda: SimpleNamespace(get_plotlyjs=lambda: ""))
+    _report.write([study], tmp_path, 0, [hostile])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert hostile not in page
+    assert page.count("<script") == page.count("</script>") == _report.PAGE.count("<script")
+    begin = page.index('id="figures">') + len('id="figures">')
+    assert json.loads(page[begin : page.index("</script>", begin)])[0]["title"] == hostile

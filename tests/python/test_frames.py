@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from scipy.spatial.transform import Rotation
 
 import ahrs_rs as ar
 
@@ -139,3 +140,9 @@ def test_text_and_objects_are_refused_by_name() -> None:
         ar.VQF().run(np.full((N, 3), "a"), ACC)
     with pytest.raises(ValueError, match="acc: expected"):
         ar.VQF().run(GYR, pd.DataFrame({"x": ["a"] * N, "y": 0.0, "z": 0.0}))
+
+
+def test_a_rotation_of_scipy_is_the_start_of_a_run() -> None:
+    quat = np.array([0.6, 0.0, 0.0, 0.8])
+    start = Rotation.from_quat(quat, scalar_first=True)
+    assert_array_equal(ar.VQF(rate=RATE).run(GYR, ACC, q0=start).quat, ar.VQF(rate=RATE).run(GYR, ACC, q0=quat).quat)

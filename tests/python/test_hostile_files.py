@@ -63,10 +63,11 @@ def test_a_date_that_is_none_is_a_missing_stamp(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"t": np.zeros((N, 2))}, "t: expected times (T,)"),
-        ({"t": np.full(N, "a")}, "t: expected times (T,)"),
-        ({"t": 3.0}, "t: expected times (T,)"),
-        ({"t": np.arange(N) * 1j}, "t: expected times (T,)"),
+        ({"t": np.zeros((N, 2))}, "t: expected shape (T,), got (200, 2)"),
+        ({"t": np.full(N, "a")}, "t: expected times, got dtype <U1"),
+        ({"t": 3.0}, "t: expected shape (T,), got ()"),
+        ({"t": np.tile(NS[:, None], 2)}, "t: expected shape (T,), got (200, 2)"),
+        ({"t": np.arange(N) * 1j}, "t: expected times, got dtype complex128"),
         ({"t": np.arange(3.0)}, "expected shape"),
         ({"gyr": 1.0}, "gyr: expected a value a sample"),
         ({"gyr": np.zeros(N)}, "gyr: expected shape"),

@@ -48,6 +48,34 @@ def test_it_has_nothing_of_a_streaming_filter_and_says_why(name: str, member: st
         getattr(f, member)
 
 
+@pytest.mark.parametrize("name", ar.FILTERS)
+@pytest.mark.parametrize("with_t", [False, True], ids=["rate", "t"])
+def test_an_empty_recording_gives_an_empty_estimate_and_leaves_the_others_as_they_are(name: str, with_t: bool) -> None:
+    f = ar.FILTERS[name](rate=RATE)
+    signals = motion(300, 1)
+    whole = dict(zip(("gyr", "acc", "mag"), signals.sensors(), strict=True)) | ({"t": signals.t} if with_t else {})
+    recordings: list[Any] = [whole, {name: array[:0] for name, array in whole.items()}, whole]
+    assert len(f.run(**recordings[1])) == 0
+    alone = f.run(**recordings[0])
+    for errors in ("raise", "return"):
+        first, none, last = ar.run_many(f, recordings, errors=errors)
+        assert len(none) == 0
+        assert np.array_equal(first.quat, alone.quat)
+        assert np.array_equal(last.quat, alone.quat)
+
+
+@each_offline_filter
+def test_a_magnetometer_is_missing_where_its_rows_are_whatever_else_is_there(name: str) -> None:
+    signals = motion(400, 5)
+    mag = signals.mag.copy()
+    mag[50:90] = np.nan
+    f = ar.FILTERS[name](rate=RATE)
+    for acc in (signals.acc, None, np.full_like(signals.acc, np.nan)):
+        est = f.run(signals.gyr, acc, mag)
+        assert np.array_equal(est.status & Status.MAG_MISSING != 0, np.isnan(mag).any(axis=1))
+        assert not (f.run(signals.gyr, acc).status & Status.MAG_MISSING).any()
+
+
 @each_offline_filter
 def test_the_native_side_refuses_it_too(name: str) -> None:
     f = ar.FILTERS[name](rate=RATE)

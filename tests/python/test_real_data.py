@@ -11,6 +11,7 @@ import pytest
 import ahrs_rs as ar
 from ahrs_rs import metrics
 from cases import Case, each_case
+from reading import told
 
 #: Means over the 12 recordings of total, heading and inclination error in degrees, as an independent implementation of
 #: the papers gives them (None: not known). Two digits after the point, and starts and steps that may differ: 2 %.
@@ -33,7 +34,7 @@ REFERENCES: list[tuple[str, dict[str, Any], tuple[float | None, float | None, fl
 
 @pytest.fixture(scope="module")
 def everything(recordings: list[Path]) -> list[ar.Recording]:
-    return [ar.read(file) for file in recordings]
+    return [told(file)[0] for file in recordings]
 
 
 @pytest.mark.parametrize(("name", "params", "expected"), REFERENCES, ids=str)

@@ -7,7 +7,7 @@ use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Settings, Vec3};
 const AHEAD: usize = 64;
 
 /// A quaternion whose squared norm is further from one was not written by a filter: in `f32` it stays within 1e-6.
-const NORM_TOLERANCE: f64 = 1e-3;
+const NORM_TOLERANCE: f64 = 1e-5;
 
 /// A run of samples, and room for what comes out.
 pub struct Tile<'a, T> {

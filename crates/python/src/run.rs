@@ -4,7 +4,7 @@ use ahrs_rs_batch::isa;
 use ahrs_rs_batch::threads::{Job, Plan, Watch, run_all};
 use ahrs_rs_batch::{Offline, Outputs, Recording, Stream, Time, offline};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
+use numpy::{BorrowError, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -100,7 +100,7 @@ fn apart<'py, T: Dtype>(
 ) -> PyResult<()> {
     for index in 0..prepared.len() {
         let Some(Ok(made)) = prepared.get(index) else { continue };
-        if made.quat.try_readwrite().is_ok() {
+        if !matches!(made.quat.try_readwrite(), Err(BorrowError::AlreadyBorrowed)) {
             continue;
         }
         let mut others = prepared.iter().enumerate().filter(|(other, _)| *other != index);

@@ -364,7 +364,12 @@ class _Clusters:
 
     def _correlation(self, squares: Floats) -> Floats:
         weighted = self._response * (self._densities @ squares)
-        weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
+        norms = np.linalg.norm(weighted, axis=1, keepdims=True)
+        if (
+            not norms.all()
+        ):  # none of these noises is there (a motion), and nothing says how the variances hang together
+            return np.eye(len(norms))
+        weighted /= norms
         correlation: Floats = weighted @ weighted.T
         return correlation
 

@@ -13,6 +13,7 @@ import sys
 from typing import NoReturn
 
 import ahrs_rs
+from ahrs_rs._printable import printable
 from ahrs_rs.cli._common import CliError
 from ahrs_rs.cli._signals import interruptible
 
@@ -85,7 +86,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _fail(message: str) -> None:
-    print(f"ahrs-rs: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
+    print(f"ahrs-rs: error: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
 
 
 def _command(argv: list[str] | None) -> int:

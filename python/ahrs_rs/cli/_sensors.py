@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 from ahrs_rs import io
+from ahrs_rs._printable import printable
 from ahrs_rs.cli._common import Commands
 
 
@@ -36,7 +37,7 @@ def sensors(args: argparse.Namespace) -> int:
         print(json.dumps(listed, ensure_ascii=False, indent=2))
         return 0
     for path, each in found.items():
-        print(path)
+        print(printable(path))
         for one in each:
-            print(f"  {one}")
+            print(f"  {printable(one)}")
     return 0

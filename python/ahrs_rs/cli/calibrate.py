@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, calibration, plots
+from ahrs_rs._printable import printable
 from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
 from ahrs_rs.calibration.file import joined
 from ahrs_rs.cli import _calibrated, _common, _reading
@@ -166,7 +167,7 @@ def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], cali
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", CalibrationWarning)
         found = fit(readings, rate)
-    print(f"{args.sensor}        {' '.join(map(str, args.files))}")
+    print(f"{args.sensor}        {' '.join(map(printable, args.files))}")
     print(found.summary())
     for one in caught:
         print(f"note       {one.message}")
@@ -213,7 +214,7 @@ def gyroscope(args: argparse.Namespace) -> int:
         gyr = recording.require("gyr")
         rest = np.concatenate([gyr[part] for part in rests])
         found = calibration.gyroscope(rest, _cut(recording, rests, turns))
-    print(f"gyr        {args.files[0]}")
+    print(f"gyr        {printable(args.files[0])}")
     for k, axis in enumerate("xyz"):
         gain = f"gain {found.gain[k, k]:.6g} ± {found.gain_std[k, k]:.2g}, " if args.turns or args.reference else ""
         print(f"{axis}          {gain}bias {found.bias[k]:.6g} ± {found.bias_std[k]:.2g} rad/s")
@@ -229,7 +230,7 @@ def magnetometer_delay(args: argparse.Namespace) -> int:
     calibrations = _calibrated.given(args)
     for path, read in zip(args.files, _read(args), strict=True):
         recording, said = _calibrated.applied(calibrations, read)
-        lines += [f"mag-delay  {path}", *(f"{key:<10} {text}" for key, text in _reading.told(recording))]
+        lines += [f"mag-delay  {printable(path)}", *(f"{key:<10} {text}" for key, text in _reading.told(recording))]
         lines += [f"note       {note}" for note in said]
         try:
             one = calibration.mag_delay(recording, window=args.window)
@@ -334,7 +335,7 @@ def _write(args: argparse.Namespace, found: Calibration, draw: Callable[[Path], 
 def _write_all(outputs: Writers) -> None:
     _common.write_all(outputs)
     for path in outputs:
-        print(f"wrote      {path}")
+        print(f"wrote      {printable(path)}")
 
 
 def _check_outputs(args: argparse.Namespace) -> None:
@@ -373,7 +374,7 @@ def _joined(sensor: str, recordings: list[Recording]) -> tuple[FloatArray, float
 def _print_told(recordings: list[Recording]) -> None:
     """What has to be known of how they were read, each sentence once."""
     for key, text in dict.fromkeys(line for recording in recordings for line in _reading.told(recording)):
-        print(f"{key:<10} {text}")
+        print(f"{key:<10} {printable(text)}")
 
 
 def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -> Figure:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, metrics, plots
+from ahrs_rs._printable import printable
 from ahrs_rs._progress import progress_bar
 from ahrs_rs.cli import _calibrated, _common, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings, Writers
@@ -109,10 +110,12 @@ def compare(args: argparse.Namespace) -> int:
 
 def _print_end(args: argparse.Namespace, comparison: Comparison, count: int) -> None:
     lines = [f"note: {note}" for note in comparison.note_lines()]
-    lines += [f"wrote {args.csv}"] if args.csv is not None else []
+    lines += [f"wrote {printable(args.csv)}"] if args.csv is not None else []
     if args.plot is not None:
         drawn = len(comparison.panels)
-        lines.append(f"wrote {args.plot}" + (f" (the first {drawn} of {count} files)" if drawn < count else ""))
+        lines.append(
+            f"wrote {printable(args.plot)}" + (f" (the first {drawn} of {count} files)" if drawn < count else "")
+        )
     if lines:
         print("\n" + "\n".join(lines))
 
@@ -323,4 +326,4 @@ def write_csv(path: Path, rows: Sequence[Result]) -> None:
 def _short_names(paths: Sequence[Path]) -> list[str]:
     """Names of files without their directories, unless two have the same."""
     names = [path.name for path in paths]
-    return names if len(set(names)) == len(names) else [str(path) for path in paths]
+    return [printable(name) for name in (names if len(set(names)) == len(names) else paths)]

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ahrs_rs import plots, simulate
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _common
 from ahrs_rs.cli._common import Choice, CliError, Commands, Settings, Writers
 from ahrs_rs.cli.compare import Comparison, table
@@ -86,9 +87,10 @@ def demo(args: argparse.Namespace) -> int:
 
     print(table(comparison.means(), 1))
     print()
-    print(f"wrote {recording_file}: {len(recording)} samples at {recording.rate:g} Hz with the true orientation")
-    print(f"wrote {orientation_file}: the estimate of {best.label}, which has the smallest total error")
-    print(f"errors.png was not drawn: {missing}" if missing else f"wrote {plot_file}: the errors over time")
+    length = f"{len(recording)} samples at {recording.rate:g} Hz"
+    print(f"wrote {printable(recording_file)}: {length} with the true orientation")
+    print(f"wrote {printable(orientation_file)}: the estimate of {best.label}, which has the smallest total error")
+    print(f"errors.png was not drawn: {missing}" if missing else f"wrote {printable(plot_file)}: the errors over time")
     return 0
 
 

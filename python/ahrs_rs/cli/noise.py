@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ahrs_rs import _atomic, plots
+from ahrs_rs._printable import printable
 from ahrs_rs.calibration.allan import Coefficient
 from ahrs_rs.calibration.noise import AXES, Noise, noise
 from ahrs_rs.calibration.rest import Rest, find_rest
@@ -80,7 +81,7 @@ def noise_command(args: argparse.Namespace) -> int:
     if args.plot is not None:
         outputs[args.plot] = lambda path: plots.save(result.figure(), path)
     _common.write_all(outputs)
-    lines += [f"{'wrote':<10} {path}" for path in outputs]
+    lines += [f"{'wrote':<10} {printable(path)}" for path in outputs]
     print("\n".join(lines))
     return 0
 

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from ahrs_rs import io
+from ahrs_rs._printable import printable
 from ahrs_rs._progress import progress_bar
 from ahrs_rs.cli._common import CliError, Commands
 from ahrs_rs.cli.tune import whole_number
@@ -67,7 +68,7 @@ def papers(args: argparse.Namespace) -> int:
         print("\nno real recordings: set AHRS_RS_DATA, or give --data")
     if args.out is not None:
         written = write(studies, args.out, args.seed, [file.name for file in files])
-        print(f"\nwrote {written[0]} and {len(written) - 1} tables beside it")
+        print(f"\nwrote {printable(written[0])} and {len(written) - 1} tables beside it")
     return 0
 
 

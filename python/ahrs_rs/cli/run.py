@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _quat, metrics
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _calibrated, _common, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
 from ahrs_rs.estimate import Estimate
@@ -100,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         est.save(args.output, recording=beside, degrees=args.degrees)
         lines.append(("wrote", str(args.output)))
     for key, text in lines:
-        print(f"{key:<10} {text}")
+        print(f"{key:<10} {printable(text)}")
     return 0
 
 

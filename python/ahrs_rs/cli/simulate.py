@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _common
 from ahrs_rs.cli._common import CliError, Commands
 from ahrs_rs.simulate import SCENARIOS, SENSORS, Scenario
@@ -92,7 +93,8 @@ def simulate(args: argparse.Namespace) -> int:
     recording = setup.record(args.seed)
     recording.save(args.output)
     names = " ".join(name for name in ("gyr", "acc", "mag", "ref") if getattr(recording, name) is not None)
-    print(f"wrote {args.output}: {len(recording)} samples in {recording.duration:.6g} s at {recording.rate:.6g} Hz")
+    length = f"{len(recording)} samples in {recording.duration:.6g} s at {recording.rate:.6g} Hz"
+    print(f"wrote {printable(args.output)}: {length}")
     print(f"      {names}, seed {args.seed}")
     return 0
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from ahrs_rs import tuning
 from ahrs_rs._filter import Filter
+from ahrs_rs._printable import printable
 from ahrs_rs.cli import _common, _reading
 from ahrs_rs.cli._common import CliError, Commands, Settings
 from ahrs_rs.recording import Recording
@@ -142,7 +143,7 @@ def _print(args: argparse.Namespace, tuned: Tuned, told: list[tuple[str, str]]) 
     if args.output is not None:
         lines.append(("wrote", str(args.output)))
     for key, text in [*lines, *dict.fromkeys(told)]:
-        print(f"{key:<10} {text}")
+        print(f"{key:<10} {printable(text)}")
 
 
 def _scores(metric: str, scores: Scores) -> str:

@@ -90,10 +90,11 @@ def _cleaned(name: str, values: Any, repairs: list[str]) -> NDArray[Any]:
         return array
     if array.dtype.kind not in "fiub":
         raise ValueError(f"{name}: expected real numbers, got dtype {array.dtype}")
-    array = np.array(array, dtype=np.float64)  # a copy: what a library lent stays as it is
+    # What a library lent is copied: it may be taken away. What is changed below is copied where it is changed.
+    array = np.asarray(array, dtype=np.float64) if array.flags.owndata else np.array(array, dtype=np.float64)
     infinite = np.isinf(array)
     if infinite.any():
-        array[infinite] = np.nan
+        array = np.where(infinite, np.nan, array)
         repairs.append(f"{name}: {int(infinite.sum())} infinite values turned into NaN")
     return _orientations(name, array, repairs) if name in ORIENTATIONS else array
 
@@ -105,6 +106,8 @@ def _orientations(name: str, quat: FloatArray, repairs: list[str]) -> FloatArray
     deviation = np.abs(norm - 1.0)
     mended = (deviation > NORM_KEPT) & (deviation <= NORM_MENDED)
     lost = deviation > NORM_MENDED
+    if mended.any() or lost.any():
+        quat = quat.copy()
     if mended.any():
         quat[mended] /= norm[mended, None]
         repairs.append(f"{name}: {int(mended.sum())} quaternions normalised")
@@ -117,7 +120,7 @@ def _orientations(name: str, quat: FloatArray, repairs: list[str]) -> FloatArray
 def _leave_out_empty(data: SensorData) -> None:
     """A sensor of which every value is missing is absent."""
     for name, (_, values) in list(data.streams.items()):
-        if values.dtype.kind == "f" and values.size and np.isnan(values).all():
+        if values.dtype.kind == "f" and values.size and np.isnan(values[0]).all() and np.isnan(values).all():
             del data.streams[name]
             data.say("ignored", f"{name}: all values are missing, so that the sensor counts as absent")
 
@@ -168,8 +171,9 @@ def _refuse_implausible(made: Recording, data: SensorData, options: Options) -> 
     """
     stated = set(options.units or ())
     found: list[tuple[str, str, str | None]] = []
+    streams = made.streams
     for name in VECTORS:
-        wrong = None if name in stated else _doubtful(name, made.streams, data)
+        wrong = None if name in stated else _doubtful(name, streams, data)
         if wrong is not None:
             found.append((name, *wrong))
     if len(made) > 2 and options.rate is None and "t" not in stated and data.rate is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,8 @@ def with_layout(options: Options, layout: str | os.PathLike[str] | None) -> Opti
     """
     if layout is None:
         return options
+    import tomllib  # here: it is rarely asked for
+
     path = Path(layout)
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import io
 import os
 import tempfile
@@ -76,4 +75,6 @@ def shortened(text: str, length: int = 300) -> str:
 
 def version(package: str) -> str:
     """The installed version of a package, with its name."""
+    import importlib.metadata  # here: few formats need it
+
     return f"{package} {importlib.metadata.version(package)}"

@@ -11,8 +11,12 @@ from ._contents import Options
 from ._source import Source
 from ._units import UNITS, unit_key
 
-#: How much of a file may precede the first row of data.
-HEAD_BYTES = 65536
+#: How much of a file is looked at for the first row of data; the second where the first holds none.
+HEAD_BYTES, LONG_HEAD_BYTES = 2**16, 2**22
+#: A cell that is longer is no name of a column.
+LONGEST_NAME = 200
+#: Columns of a table.
+MOST_COLUMNS = 100_000
 #: Separators in the order in which they are tried; " " stands for any run of blanks.
 SEPARATORS = (",", ";", "\t", "|", " ")
 #: Lines from which separator and width are found.
@@ -86,6 +90,8 @@ def cells(line: str, separator: str) -> list[str]:
     """The cells of one line, stripped."""
     if separator == " ":
         return line.split()
+    if '"' not in line:  # of any length, where csv takes a cell of 131072 characters for an error
+        return [cell.strip() for cell in line.split(separator)] if line else []
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
     except csv.Error as error:
@@ -120,8 +126,16 @@ def layout_of(lines: Sequence[str], options: Options) -> Layout:
             f"has no header line: name its {made.width} columns by columns=[...] (--columns NAME,NAME,...), '' for "
             "those that are not wanted"
         )
+    if len(made.headers) > MOST_COLUMNS:
+        raise ValueError(f"has {len(made.headers)} columns, and no more than {MOST_COLUMNS} are looked at")
     made.headers[0] = made.headers[0].lstrip(_COMMENT)  # numpy.savetxt marks its header as a comment
+    made.headers, made.units = ([_name(cell) for cell in row] for row in (made.headers, made.units))
     return made
+
+
+def _name(cell: str) -> str:
+    """A cell of the head, cut where it is longer than any name."""
+    return cell if len(cell) <= LONGEST_NAME else f"{cell[:LONGEST_NAME]}…"
 
 
 def _option(name: str, value: str | None) -> str | None:
@@ -137,8 +151,8 @@ def _separator_line(lines: list[str]) -> str | None:
     """The separator that a first line like ``sep=,`` states; the line is blanked."""
     for i, line in enumerate(lines[:3]):
         if line.strip():
-            match = re.fullmatch(r"\"?sep=(.)\"?\1*\s*", line.strip("\ufeff"), flags=re.IGNORECASE)
-            if match is not None:
+            match = re.match(r"\"?sep=(.)\"?", line.strip("\ufeff"), flags=re.IGNORECASE)
+            if match is not None and not line[match.end() :].strip(f"{match[1]} \t"):
                 lines[i] = ""
                 return match[1]
             return None
@@ -194,14 +208,21 @@ def _is_row(row: Sequence[str], width: int) -> bool:
 
 def _found_header(made: Layout, lines: Sequence[str]) -> None:
     """Finds the first row and the names above it."""
-    split = [(i, cells(line, made.separator)) for i, line in enumerate(lines) if line.strip()]
-    if not split:
+    filled = [(i, line) for i, line in enumerate(lines) if line.strip()]
+    if not filled:
         raise ValueError("has no header line")
-    last = [len(row) for _, row in split[-min(SAMPLE, max(2, len(split) // 2)) :]]
+    split: list[tuple[int, list[str]]] = []
+
+    def until(count: int) -> list[tuple[int, list[str]]]:
+        """The first lines as cells: no more of them are split than are looked at."""
+        split.extend((i, cells(line, made.separator)) for i, line in filled[len(split) : count])
+        return split
+
+    last = [len(cells(line, made.separator)) for _, line in filled[-min(SAMPLE, max(2, len(filled) // 2)) :]]
     width = max(set(last), key=lambda one: (last.count(one), one))
     first = None
-    for k in range(len(split)):
-        near = [_is_row(other, width) for _, other in split[k : k + 4]]
+    for k in range(len(filled)):
+        near = [_is_row(other, width) for _, other in until(k + 4)[k : k + 4]]
         if near[0] and 2 * sum(near) >= len(near):
             first = k
             break
@@ -209,7 +230,7 @@ def _found_header(made: Layout, lines: Sequence[str]) -> None:
         made.headers, made.width, made.start = split[-1][1], len(split[-1][1]), split[-1][0] + 1
         return
     made.start = split[first][0]
-    made.rows = [row for _, row in split[first : first + SAMPLE]]
+    made.rows = [row for _, row in until(first + SAMPLE)[first : first + SAMPLE]]
     made.width = len(made.rows[0])
     above = split[:first]
     if above:

@@ -240,12 +240,15 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
 
 def _named(source: Source, format: str | None) -> str:
     """The name of the source's format."""
+    from ._preamble import is_text  # here, so that the package is imported without it
+
     known = formats()
     if format is not None:
         if format not in known:
             raise ValueError(f"format: expected one of {', '.join(known)}, got {format!r}")
         return format
-    name = next((name for name, one in known.items() if one.sniff(source)), None)
+    text = not source.is_folder and not source.is_zip and is_text(source.head)
+    name = next((name for name, one in known.items() if not (text and one.binary) and one.sniff(source)), None)
     ending = PurePosixPath(source.name).suffix.lower()
     claimed = next((name for name, one in known.items() if ending in one.endings), None)
     if claimed is not None and name in (None, "csv", "repoimu"):

@@ -4,31 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
-from . import (
-    _apdm,
-    _axivity,
-    _broad,
-    _c3d,
-    _dataflash,
-    _dot,
-    _euroc,
-    _gcsv,
-    _gopro,
-    _npz,
-    _phyphox,
-    _px4,
-    _repoimu,
-    _ros,
-    _sensorlogger,
-    _shimmer,
-    _sto,
-    _table,
-    _telemachus,
-    _tum,
-    _xio,
-    _xsens,
-)
 from ._contents import Options, SensorData, SensorInfo
 from ._source import Source
 
@@ -51,6 +29,7 @@ class Format:
     extra, library : what has to be installed, as ``pip install ahrs-rs[extra]``, and the library that reads it.
     options : those of `Options` that it takes beside axes, rate and sensor; "rate" where the reader itself applies it
         (packet numbers count on over gaps).
+    binary : whether it is never text, so that a text is not looked at.
     main : the sensor that is read where none is asked for, of files whose other sensors are parts of it.
     note : what a user has to know, in one sentence.
     """
@@ -63,37 +42,49 @@ class Format:
     extra: str = ""
     library: str = ""
     options: frozenset[str] = frozenset()
+    binary: bool = False
     main: str = ""
     note: str = ""
+
+
+def _of(module: str, name: str) -> Callable[..., Any]:
+    """A function of a reader, whose module is imported where it is first called: few of them are needed at a time."""
+
+    def called(*args: Any) -> Any:
+        return getattr(import_module(f"{__package__}.{module}"), name)(*args)
+
+    return called
 
 
 #: Name -> format; the first one whose `sniff` agrees is taken, so the general ones come last.
 FORMATS: dict[str, Format] = {
     "px4": Format(
         title="PX4 ULog",
-        sniff=_px4.sniff,
-        load=_px4.load,
-        sensors=_px4.sensors,
+        sniff=_of("_px4", "sniff"),
+        binary=True,
+        load=_of("_px4", "load"),
+        sensors=_of("_px4", "sensors"),
         endings=(".ulg", ".ulog"),
         extra="px4",
         library="pyulog",
-        main=_px4.MAIN,
+        main="sensor_combined",
         note="sensor_combined is read; the single sensors by sensor=.",
     ),
     "dataflash": Format(
         title="ArduPilot DataFlash log",
-        sniff=_dataflash.sniff,
-        load=_dataflash.load,
-        sensors=_dataflash.sensors,
+        sniff=_of("_dataflash", "sniff"),
+        binary=True,
+        load=_of("_dataflash", "load"),
+        sensors=_of("_dataflash", "sensors"),
         extra="mavlink",
         library="pymavlink",
         note="pymavlink is under the LGPL, and is imported only where such a log is read.",
     ),
     "ros": Format(
         title="ROS 1 bag, ROS 2 bag, MCAP",
-        sniff=_ros.sniff,
-        load=_ros.load,
-        sensors=_ros.sensors,
+        sniff=_of("_ros", "sniff"),
+        load=_of("_ros", "load"),
+        sensors=_of("_ros", "sensors"),
         endings=(".bag", ".mcap", ".db3"),
         extra="ros",
         library="rosbags",
@@ -101,76 +92,89 @@ FORMATS: dict[str, Format] = {
     ),
     "euroc": Format(
         title="EuRoC/ASL folder with truth, or one of its files",
-        sniff=_euroc.sniff,
-        load=_euroc.load,
+        sniff=_of("_euroc", "sniff"),
+        load=_of("_euroc", "load"),
         extra="io",
         library="pyarrow",
         options=frozenset({"rate"}),
     ),
     "xio": Format(
         title="x-IMU3 or NGIMU folder",
-        sniff=_xio.sniff,
-        load=_xio.load,
+        sniff=_of("_xio", "sniff"),
+        load=_of("_xio", "load"),
         endings=(".ximu3",),
         extra="io",
         library="pyarrow",
     ),
     "xsens": Format(
         title="Xsens MT Manager export",
-        sniff=_xsens.sniff,
-        load=_xsens.load,
+        sniff=_of("_xsens", "sniff"),
+        load=_of("_xsens", "load"),
         extra="io",
         library="pyarrow",
         options=frozenset({"rate"}),
     ),
     "dot": Format(
         title="Movella DOT export",
-        sniff=_dot.sniff,
-        load=_dot.load,
+        sniff=_of("_dot", "sniff"),
+        load=_of("_dot", "load"),
         extra="io",
         library="pyarrow",
         options=frozenset({"rate"}),
     ),
-    "shimmer": Format(title="Shimmer export", sniff=_shimmer.sniff, load=_shimmer.load, extra="io", library="pyarrow"),
+    "shimmer": Format(
+        title="Shimmer export",
+        sniff=_of("_shimmer", "sniff"),
+        load=_of("_shimmer", "load"),
+        extra="io",
+        library="pyarrow",
+    ),
     "apdm": Format(
         title="APDM (HDF5)",
-        sniff=_apdm.sniff_hdf5,
-        load=_apdm.load_hdf5,
-        sensors=_apdm.sensors_hdf5,
+        sniff=_of("_apdm", "sniff_hdf5"),
+        binary=True,
+        load=_of("_apdm", "load_hdf5"),
+        sensors=_of("_apdm", "sensors_hdf5"),
         extra="io",
         library="h5py",
     ),
     "apdm-csv": Format(
-        title="APDM export (CSV)", sniff=_apdm.sniff_csv, load=_apdm.load_csv, extra="io", library="pyarrow"
+        title="APDM export (CSV)",
+        sniff=_of("_apdm", "sniff_csv"),
+        load=_of("_apdm", "load_csv"),
+        extra="io",
+        library="pyarrow",
     ),
     "sensorlogger": Format(
         title="Sensor Logger (folder, zip or one file)",
-        sniff=_sensorlogger.sniff,
-        load=_sensorlogger.load,
+        sniff=_of("_sensorlogger", "sniff"),
+        load=_of("_sensorlogger", "load"),
         extra="io",
         library="pyarrow",
     ),
     "phyphox": Format(
         title="phyphox (folder, zip or one file)",
-        sniff=_phyphox.sniff,
-        load=_phyphox.load,
+        sniff=_of("_phyphox", "sniff"),
+        load=_of("_phyphox", "load"),
         extra="io",
         library="pyarrow",
     ),
     "axivity": Format(
         title="Axivity AX6 or AX3",
-        sniff=_axivity.sniff,
-        load=_axivity.load,
-        sensors=_axivity.sensors,
+        sniff=_of("_axivity", "sniff"),
+        binary=True,
+        load=_of("_axivity", "load"),
+        sensors=_of("_axivity", "sensors"),
         endings=(".cwa",),
         extra="axivity",
         library="cwa-reader-rs",
     ),
     "c3d": Format(
         title="C3D, inertial sensors among the analog channels",
-        sniff=_c3d.sniff,
-        load=_c3d.load,
-        sensors=_c3d.sensors,
+        sniff=_of("_c3d", "sniff"),
+        binary=True,
+        load=_of("_c3d", "load"),
+        sensors=_of("_c3d", "sensors"),
         endings=(".c3d",),
         extra="c3d",
         library="ezc3d",
@@ -179,46 +183,73 @@ FORMATS: dict[str, Format] = {
     ),
     "gopro": Format(
         title="GoPro video",
-        sniff=_gopro.sniff,
-        load=_gopro.load,
+        sniff=_of("_gopro", "sniff"),
+        binary=True,
+        load=_of("_gopro", "load"),
         endings=(".mp4", ".mov", ".360"),
         extra="video",
         library="telemetry-parser",
     ),
     "gcsv": Format(
-        title="Gyroflow log", sniff=_gcsv.sniff, load=_gcsv.load, endings=(".gcsv",), extra="io", library="pyarrow"
+        title="Gyroflow log",
+        sniff=_of("_gcsv", "sniff"),
+        load=_of("_gcsv", "load"),
+        endings=(".gcsv",),
+        extra="io",
+        library="pyarrow",
     ),
-    "sto": Format(title="OpenSim orientations (.sto)", sniff=_sto.sniff, load=_sto.load, endings=(".sto",)),
+    "sto": Format(
+        title="OpenSim orientations (.sto)", sniff=_of("_sto", "sniff"), load=_of("_sto", "load"), endings=(".sto",)
+    ),
     "telemachus": Format(
         title="telemachus table",
-        sniff=_telemachus.sniff,
-        load=_telemachus.load,
+        sniff=_of("_telemachus", "sniff"),
+        binary=True,
+        load=_of("_telemachus", "load"),
         extra="io",
         library="pyarrow",
     ),
     "broad": Format(
         title="BROAD trial (HDF5)",
-        sniff=_broad.sniff,
-        load=_broad.load,
+        sniff=_of("_broad", "sniff"),
+        binary=True,
+        load=_of("_broad", "load"),
         endings=(".hdf5", ".h5"),
         extra="io",
         library="h5py",
     ),
-    "npz": Format(title="numpy arrays", sniff=_npz.sniff, load=_npz.load, endings=(".npz",), library="numpy"),
+    "npz": Format(
+        title="numpy arrays",
+        sniff=_of("_npz", "sniff"),
+        binary=True,
+        load=_of("_npz", "load"),
+        endings=(".npz",),
+        library="numpy",
+    ),
     "parquet": Format(
         title="Parquet table",
-        sniff=_table.sniff_parquet,
-        load=_table.load_parquet,
+        sniff=_of("_table", "sniff_parquet"),
+        binary=True,
+        load=_of("_table", "load_parquet"),
         endings=(".parquet", ".pq"),
         extra="io",
         library="pyarrow",
         options=TABLE,
     ),
     "repoimu": Format(
-        title="RepoIMU recording (CSV)", sniff=_repoimu.sniff, load=_repoimu.load, extra="io", library="pyarrow"
+        title="RepoIMU recording (CSV)",
+        sniff=_of("_repoimu", "sniff"),
+        load=_of("_repoimu", "load"),
+        extra="io",
+        library="pyarrow",
     ),
-    "tum": Format(title="TUM trajectory", sniff=_tum.sniff, load=_tum.load, endings=(".tum",)),
+    "tum": Format(title="TUM trajectory", sniff=_of("_tum", "sniff"), load=_of("_tum", "load"), endings=(".tum",)),
     "csv": Format(
-        title="text table", sniff=_table.sniff, load=_table.load, extra="io", library="pyarrow", options=TABLE
+        title="text table",
+        sniff=_of("_table", "sniff"),
+        load=_of("_table", "load"),
+        extra="io",
+        library="pyarrow",
+        options=TABLE,
     ),
 }

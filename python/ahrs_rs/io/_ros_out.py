@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-import secrets
+import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -51,7 +51,7 @@ def write_ros(path: Path, est: Estimate, recording: Recording | None) -> None:
             with _atomic.replacing(path) as beside:
                 shutil.copyfile(content, beside)
             return
-        beside = path.with_name(f".{path.stem}.{secrets.token_hex(6)}.part")
+        beside = path.with_name(f".{path.stem}.{os.urandom(6).hex()}.part")
         try:
             shutil.copytree(made, beside)
             beside.rename(path)

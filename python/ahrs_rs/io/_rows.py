@@ -102,6 +102,8 @@ def _label(cell: Any) -> str:
     return text.removesuffix(".0")
 
 
+#: Stamps that tell whether a clock can be that of a sensor.
+SOME = 1 << 16
 #: Quantities that nothing is computed from: their units need no word.
 UNUSED = ("temperature", "pressure")
 
@@ -152,8 +154,12 @@ def _values(table: TableData, quantity: str, group: Sequence[Column], rows: NDAr
     if quantity == "mask":
         mask = _mask(table.values[group[0].index], group[0].header)
         return mask if rows is None else mask[rows]
-    parts = [_numbers(table.values[column.index], column, rows) for column in group]
-    array: NDArray[Any] = np.column_stack(parts) if len(parts) > 1 else parts[0]
+    block = _block([table.values[column.index] for column in group]) if rows is None else None
+    if block is not None:
+        array: NDArray[Any] = _converted(block, group[0])
+    else:
+        parts = [_numbers(table.values[column.index], column, rows) for column in group]
+        array = np.column_stack(parts) if len(parts) > 1 else parts[0]
     if table.profile is not None and table.mark is not None and table.profile.missing is not None:
         _, value, of = table.profile.missing
         if of == quantity:
@@ -170,7 +176,23 @@ def _numbers(values: NDArray[Any], column: Column, rows: NDArray[np.intp] | None
             raise ValueError(f"column {column.header!r}: expected numbers, got text") from None
     if values.dtype.kind not in "fiub":
         raise ValueError(f"column {column.header!r}: expected numbers, got dtype {values.dtype}")
-    array = np.asarray(values if rows is None else values[rows], dtype=np.float64)
+    return _converted(np.asarray(values if rows is None else values[rows], dtype=np.float64), column)
+
+
+def _block(columns: Sequence[NDArray[Any]]) -> NDArray[Any] | None:
+    """The array of which these are the columns, in this order, if there is one: readers make them so."""
+    base = columns[0].base
+    if not isinstance(base, np.ndarray) or base.dtype != np.float64 or base.shape != (len(columns[0]), len(columns)):
+        return None
+    same = all(
+        column.base is base and column.ctypes.data == base.ctypes.data + k * base.strides[1]
+        for k, column in enumerate(columns)
+    )
+    return base if same and base.flags.c_contiguous else None
+
+
+def _converted(array: FloatArray, column: Column) -> FloatArray:
+    """Readings in our unit."""
     if not column.unit or column.quantity not in ASSUMED:
         return array
     factor, offset = conversion(column.quantity, column.unit)
@@ -330,14 +352,14 @@ def _two_parts(clock: Clock, parts: Sequence[NDArray[Any]]) -> tuple[FloatArray,
 
 def _wrong(t: FloatArray, clock: Clock) -> str:
     """Why a clock can be none of an inertial sensor: "rate", "order" or ""."""
-    known = t[np.isfinite(t)]
+    known = t if np.isfinite(t.sum()) else t[np.isfinite(t)]
     if known.size < 2:
         return "rate" if len(t) > 1 else ""
-    steps = np.diff(known)
-    if np.count_nonzero(steps < 0.0) > 0.3 * steps.size:
+    falls = np.count_nonzero(known[1:] < known[:-1])
+    if falls > 0.3 * (known.size - 1):
         return "order"
     try:
-        rate = nominal_rate(np.sort(known))
+        rate = nominal_rate(np.sort(known) if falls else known[:SOME] if known[:SOME][-1] > known[0] else known)
     except ValueError:
         return "rate"
     return "rate" if len(t) > 2 and _plausible.doubtful_rate(rate) else ""

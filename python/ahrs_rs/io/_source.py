@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import gzip
 import io
 import os
-import shutil
 import sys
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -83,6 +80,8 @@ class Source:
     @classmethod
     def _unpacked(cls, path: str, content: bytes) -> Source:
         if content.startswith(GZIP):
+            import gzip  # here, as tempfile and shutil below: the package is imported without them
+
             try:
                 content = gzip.decompress(content)
             except (*_DAMAGED, ValueError) as error:
@@ -100,6 +99,11 @@ class Source:
     def head(self) -> bytes:
         """The first bytes, empty of a folder."""
         return b"" if self.is_folder else self.read(size=SNIFF_BYTES)
+
+    @property
+    def on_disk(self) -> Path | None:
+        """The file on the disk that it is, unless it is packed, a folder, or comes from elsewhere."""
+        return None if self.is_folder else self._disk
 
     @property
     def is_zip(self) -> bool:
@@ -185,6 +189,8 @@ class Source:
             assert self._disk is not None
             yield self._disk / self._members[name]
         else:
+            import tempfile
+
             with tempfile.TemporaryDirectory(prefix="ahrs_rs_") as folder:
                 path = Path(folder) / PurePosixPath(name or self.name).name.replace("<", "").replace(">", "")
                 path.write_bytes(self.read(name))
@@ -198,6 +204,9 @@ class Source:
             some = next(iter(self._members.items()), ("", ""))
             yield self._disk / some[1][: len(some[1]) - len(some[0])]
             return
+        import shutil
+        import tempfile
+
         with tempfile.TemporaryDirectory(prefix="ahrs_rs_") as folder, self._archive() as archive:
             for name, member in self._members.items():
                 path = Path(folder) / name

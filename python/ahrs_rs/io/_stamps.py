@@ -31,7 +31,10 @@ def seconds(stamps: Mapping[str, NDArray[Any]], unit: float) -> tuple[dict[str, 
         the sum of an epoch and a step of 1 µs has no room in a float64.
     origin : what the clock showed at t = 0, s (0 where nothing was taken off).
     """
-    finite = [array[np.isfinite(array)] if array.dtype.kind == "f" else array for array in stamps.values()]
+    finite = [
+        array if array.dtype.kind != "f" or np.isfinite(array.sum()) else array[np.isfinite(array)]
+        for array in stamps.values()
+    ]
     firsts = [array.min() for array in finite if len(array)]
     first = min(firsts) if firsts else 0
     if not abs(float(first)) * unit > EPOCH:
@@ -84,8 +87,10 @@ def wrap_of(stamps: NDArray[Any]) -> int:
     A clock that wraps falls from the end of its range to the beginning, by nearly all of it, and no number is beyond. A
     device that was switched off and on is told from it where more than a twentieth of the range is missing between.
     """
+    if not (stamps[1:] < stamps[:-1]).any():
+        return 0
     known = stamps[np.isfinite(stamps)] if stamps.dtype.kind == "f" else stamps
-    if len(known) < 2 or not (known[1:] < known[:-1]).any() or known.min() < 0 or not np.array_equal(known, known // 1):
+    if known.min() < 0 or not np.array_equal(known, known // 1):
         return 0
     steps = np.diff(known.astype(np.float64))
     for bits in (16, 32):

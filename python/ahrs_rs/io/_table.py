@@ -26,6 +26,8 @@ from ._source import Source
 META = "ahrs_rs"
 #: A number of so many digits is beyond what a float64 tells apart.
 LONG_DIGITS = 16
+#: What is longer is no name with a unit in brackets.
+LONGEST_NAME = 200
 
 
 def sniff(source: Source) -> bool:
@@ -47,7 +49,14 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
         for column in clock.columns
         if column.index not in text and _are_long(layout, column.index)
     ]
-    values, repairs = _text.read_columns(source, layout, wanted, text=text, whole=whole)
+    axes = [
+        tuple(column.index for column in columns)
+        for quantities in choice.sensors.values()
+        for columns in quantities.values()
+        if len(columns) > 1
+    ]
+    alone = [group for group in axes if all(sum(index in one for one in axes) == 1 for index in group)]
+    values, repairs = _text.read_columns(source, layout, wanted, text=text, whole=whole, groups=alone)
     table = TableData(
         headers=layout.headers,
         values=values,
@@ -80,6 +89,8 @@ def _counts(data: SensorData) -> tuple[dict[str, int | None], dict[str, float | 
 
 def _understood(source: Source, options: Options) -> tuple[Layout, Choice, Profile | None]:
     layout = _preamble.layout_of(_preamble.head_lines(source), options)
+    if not layout.rows and len(source.read(size=_preamble.HEAD_BYTES)) == _preamble.HEAD_BYTES:
+        layout = _preamble.layout_of(_preamble.head_lines(source, _preamble.LONG_HEAD_BYTES), options)
     profile = profile_of(layout.headers)
     hint = quantity_of_name(PurePosixPath(source.name).stem)
     if (
@@ -207,7 +218,7 @@ def understood_names(columns: Sequence[tuple[str, int]], options: Options) -> tu
         labels = "xyz" if width == 3 else "wxyz" if width == 4 else ""
         for k in range(width):
             headers.append(f"{name}\0{k}")
-            bracket = re.fullmatch(r"(.*?)(\s*[(\[][^()\[\]]*[)\]])", name)
+            bracket = re.fullmatch(r"(.*?)(\s*[(\[][^()\[\]]*[)\]])", name) if len(name) <= LONGEST_NAME else None
             axis = labels[k] if labels else str(k)
             spoken.append(f"{bracket[1]}_{axis}{bracket[2]}" if bracket else f"{name}_{axis}")
     options = replace(options, columns=_spread(options.columns, columns))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ahrs_rs import _atomic
+from ahrs_rs._printable import printable
 from ahrs_rs.papers._study import Plot, Study, Table
 from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number, numeric
 
@@ -85,8 +86,8 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
     page = PAGE.format(
         library=library,
         body=_body(studies, seed, recordings),
-        # "</" would end the script element.
-        figures=json.dumps([_figure(plot) for plot in figures]).replace("</", "<\\/"),
+        # A "<" could end the script element, or begin a comment in it.
+        figures=json.dumps([_figure(plot) for plot in figures]).replace("<", "\\u003c"),
     )
     texts = {"report.html": page} | {name: comma_separated(table) for name, table in _files(studies).items()}
     with _atomic.Together() as files:
@@ -106,7 +107,9 @@ def environment(seed: int, recordings: Sequence[str]) -> dict[str, str]:
         "numpy": np.__version__,
         "machine": f"{platform.system()} {platform.machine()}",
         "seed": str(seed),
-        "recordings": f"{len(recordings)}: {', '.join(recordings)}" if recordings else "none (AHRS_RS_DATA is not set)",
+        "recordings": f"{len(recordings)}: {', '.join(map(printable, recordings))}"
+        if recordings
+        else "none (AHRS_RS_DATA is not set)",
     }
 
 

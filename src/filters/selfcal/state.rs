@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 use super::Params;
-use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, saturated, vec3, zeros};
+use crate::filters::kalman::{Column, LARGEST_BIAS, Square, UNKNOWN_ANGLE, angle_variance, saturated, vec3, zeros};
 use crate::scalar::{Mask, Real, Scalar};
 use crate::so3::{Quat, Vec3, exp_half, rotate_by};
 
@@ -284,8 +284,8 @@ pub fn within(state: usize) -> usize {
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn initial_variance<S: Scalar>(params: &Params<S>, state: usize) -> S {
     let deviation = match state {
-        0 | 1 => params.initial_inclination,
-        TURN => params.initial_heading,
+        0 | 1 => return angle_variance(params.initial_inclination),
+        TURN => return angle_variance(params.initial_heading),
         BIAS..MATRIX => params.initial_bias,
         MATRIX..VELOCITY => params.initial_matrix,
         VELOCITY..ACC_BIAS => params.initial_velocity,

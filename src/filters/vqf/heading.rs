@@ -7,6 +7,9 @@ use crate::signal::Sum;
 use crate::so3::{Quat, Vec3};
 use crate::trig::{atan2, sinc_cos_kernel, wrap};
 
+/// A little more than π, to which an angle is wrapped with rounding.
+const LARGEST: f64 = 3.2;
+
 /// The heading offset δ, corrected by a first-order filter whose weight falls from one at the start.
 #[derive(Clone, Debug)]
 pub struct Heading<S> {
@@ -79,6 +82,9 @@ impl<S: Scalar> Heading<S> {
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.delta.each(visit);
         visit(&mut self.least);
+        // A state from outside may hold anything: an angle that is none, a weight beyond one.
+        self.least = self.least.max(S::zero()).min(S::one());
+        self.delta = self.delta.or_zero_beyond(S::of(LARGEST));
     }
 }
 

@@ -75,7 +75,7 @@ impl Stream<f64> for Failing {
     fn is_fresh(&self) -> bool {
         self.inner.is_fresh()
     }
-    fn update(&mut self, gyr: [f64; 3], acc: Option<[f64; 3]>, mag: Option<[f64; 3]>, dt: f64) -> u8 {
+    fn update(&mut self, gyr: [f64; 3], acc: Option<[f64; 3]>, mag: Option<[f64; 3]>, dt: f64) -> u16 {
         self.inner.update(gyr, acc, mag, dt)
     }
     fn run(&mut self, tile: &mut Tile<'_, f64>) {
@@ -105,7 +105,7 @@ impl Stream<f64> for Failing {
     }
 }
 
-type Room = (Array2<f64>, Array1<u8>);
+type Room = (Array2<f64>, Array1<u16>);
 
 /// The attitudes that four recordings get, or what their filters say that panic; `run` is given the jobs.
 fn outcomes(
