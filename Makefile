@@ -5,8 +5,8 @@ BIN := $(VENV)/bin
 CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-rust test-python lint build stubs accuracy calibration papers browser bench firmware
-.PHONY: header format clean
+.PHONY: help demo test test-rust test-python lint build stubs accuracy robustness endurance calibration papers browser
+.PHONY: bench firmware header format clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -51,6 +51,12 @@ stubs: build ## Write the type stubs of the filter classes from the registry
 
 accuracy: build ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
 	$(BIN)/python tools/accuracy.py
+
+robustness: build ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
+	$(BIN)/python tools/robustness.py
+
+endurance: build ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; hours, can be resumed
+	$(BIN)/python tools/endurance.py
 
 papers: build ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 	$(BIN)/python tools/papers.py
