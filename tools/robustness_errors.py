@@ -229,9 +229,13 @@ def _seed(
 
 
 def _borders(clean: Clean, kept: NDArray[Any]) -> tuple[int, int]:
-    """The last row before a fault and the first one behind it, of those that are left."""
-    t = clean.recording.t[kept]
-    return int(np.flatnonzero(t < clean.start)[-1]), int(np.flatnonzero(t >= clean.start + clean.length)[0])
+    """The last row before a fault and the first one behind it, of those that are left and whose truth is known."""
+    assert clean.recording.ref is not None
+    t, known = clean.recording.t[kept], np.isfinite(clean.recording.ref[kept, 0])
+    return (
+        int(np.flatnonzero(known & (t < clean.start))[-1]),
+        int(np.flatnonzero(known & (t >= clean.start + clean.length))[0]),
+    )
 
 
 def _at(kind: str, est: ar.Estimate, ref: Floats, kept: NDArray[Any], row: int) -> tuple[float, float]:

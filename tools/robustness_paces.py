@@ -26,25 +26,33 @@ class Pace:
         return min(LARGEST, self.left_of(inclination, heading, time, rate))
 
 
-def madgwick(inclination: float, heading: float, time: float, _rate: float, beta: float = 0.041) -> float:
-    # From further away a descent may pass close to the turn by 180°, where the gradient says nothing.
-    if inclination + heading > 90.0:
-        return LARGEST
-    return max(0.0, inclination + heading - math.degrees(2.0 * beta / math.sqrt(3.0)) * time)
+def near(left: Callable[[float, float], float]) -> Callable[[float, float, float, float], float]:
+    """A law of the sum of both errors, up to 90°.
+
+    From further away a filter may pass close to the turn by 180°, where its correction has no direction.
+    """
+
+    def left_of(inclination: float, heading: float, time: float, _rate: float) -> float:
+        return left(inclination + heading, time) if inclination + heading <= 90.0 else LARGEST
+
+    return left_of
 
 
-def mahony(inclination: float, heading: float, time: float, _rate: float, kp: float = 1.0) -> float:
-    # A pair of poles has this real part; the integral lets the error swing to the other side before it has decayed.
-    if inclination + heading > 90.0:
-        return LARGEST
-    return (inclination + heading) * math.exp(-0.5 * kp * (1.0 - math.sin(DIP)) * time)
+def madgwick(error: float, time: float, beta: float = 0.041) -> float:
+    # A descent turns by 2 β, of which noise and acceleration take a share: half of it.
+    return max(0.0, error - math.degrees(beta) * time)
 
 
-def fusion(inclination: float, heading: float, time: float, _rate: float, gain: float = 0.5) -> float:
-    # Above 90° the correction is a constant turn.
-    fallen = gain * time - math.radians(max(0.0, inclination - 90.0) + max(0.0, heading - 90.0))
-    decayed = max(0.0, fallen)
-    return (inclination + heading) * (1.0 + decayed * math.tan(DIP)) * math.exp(-decayed)
+def mahony(error: float, time: float, kp: float = 1.0, ki: float = 0.3) -> float:
+    # The slowest pair of poles has this real part. The integral has learnt a bias in the sensor's axes: where these go on
+    # to turn, it holds the error at ki/(kp² λ) times what it came from.
+    slowest = 1.0 - math.sin(DIP)
+    return error * (1.0 + ki / (kp**2 * slowest)) * math.exp(-0.5 * kp * slowest * time)
+
+
+def fusion(error: float, time: float, gain: float = 0.5) -> float:
+    # An inclination that is wrong shows a heading that is wrong by tan dip times as much, and both decay alike.
+    return error * (1.0 + gain * time * math.tan(DIP)) * math.exp(-gain * time)
 
 
 @cache
@@ -74,19 +82,25 @@ def linear_kalman(_inclination: float, _heading: float, time: float, rate: float
     return math.hypot(LARGEST, 0.5 * LARGEST) * max(_one_axis(rate)[round(time * rate) :])
 
 
-def vqf(tau_mag: float, rejected: float) -> Callable[[float, float, float, float], float]:
-    def left(inclination: float, heading: float, time: float, _rate: float) -> float:
-        tilt = math.sqrt(2.0) * inclination
-        # Until the inclination is right to 10° the heading is corrected to a wrong one, or not at all.
-        wait = min(time, max(0.0, 3.0 * math.log(max(tilt, 1e-9) / 10.0)) + rejected)
-        pulled = heading + (LARGEST - heading) * -math.expm1(-wait / tau_mag)
-        return tilt * math.exp(-time / 3.0) + pulled * math.exp(-(time - wait) / tau_mag)
-
-    return left
+def vqf(inclination: float, heading: float, time: float, _rate: float) -> float:
+    # The field is rejected while it contradicts, for up to a minute; what it says may pull the heading to any side.
+    return math.sqrt(2.0) * inclination * math.exp(-time / 3.0) + _pulled(inclination, heading, time, 18.0)[0]
 
 
-_VQF = "the inclination falls as √2 exp(−t/3 s), and when it is right to 10° the heading as exp(−t/{tau:g} s){more}"
-_REFERENCE = ": `tau_mag` times 2, as long as the field is no reference"
+def basic_vqf(inclination: float, heading: float, time: float, _rate: float) -> float:
+    pulled, wait = _pulled(inclination, heading, time, 9.0)
+    return math.sqrt(2.0) * inclination * math.exp(-time / 3.0) + pulled * math.exp(-(time - wait) / 9.0)
+
+
+def _pulled(inclination: float, heading: float, time: float, tau: float) -> tuple[float, float]:
+    """The heading's error when the inclination is right to 10°, and the time until then, in which it may be pulled."""
+    wait = min(time, max(0.0, 3.0 * math.log(max(math.sqrt(2.0) * inclination, 1e-9) / 10.0)))
+    return heading + (LARGEST - heading) * -math.expm1(-wait / tau), wait
+
+
+def anything(_inclination: float, _heading: float, _time: float, _rate: float) -> float:
+    return LARGEST
+
 
 #: By the names of the filters.
 PACES = {
@@ -95,10 +109,21 @@ PACES = {
         "learnt meanwhile",
         linear_kalman,
     ),
-    "Mahony": Pace("up to 90°: exp(−t kp (1 − sin dip)/2), that is 25 s at a dip of 67°", mahony),
-    "Madgwick": Pace("up to 90°: 2 β/√3, that is 2.7 °/s", madgwick),
-    "Fusion": Pace("(1 + g t tan dip) exp(−g t) with the gain g = 0.5/s; above 90° a turn by g rad/s", fusion),
-    "VQF": Pace(_VQF.format(tau=18.0, more=_REFERENCE), vqf(18.0, 0.5)),
-    "BasicVQF": Pace(_VQF.format(tau=9.0, more=""), vqf(9.0, 0.0)),
-    "OfflineVQF": Pace("as VQF, in both directions of time", vqf(18.0, 0.5)),
+    "Mahony": Pace(
+        "up to 90°: (1 + ki/(kp² λ)) exp(−kp λ t/2) with λ = 1 − sin dip, that is 25 s and, by what the integral has "
+        "learnt, 4.8 times the error at a dip of 67°",
+        near(mahony),
+    ),
+    "Madgwick": Pace("up to 90°: β, that is 2.3 °/s, half of the published descent's rate", near(madgwick)),
+    "Fusion": Pace("up to 90°: (1 + g t tan dip) exp(−g t) with the gain g = 0.5/s", near(fusion)),
+    "VQF": Pace(
+        "the inclination as √2 exp(−t/3 s); the heading waits until the field is no longer rejected, up to a minute",
+        vqf,
+    ),
+    "BasicVQF": Pace(
+        "the inclination as √2 exp(−t/3 s), and when it is right to 10° the heading as exp(−t/9 s)", basic_vqf
+    ),
+    "OfflineVQF": Pace(
+        "nothing is asked: at rest, where the field is no reference, its heading keeps the error for minutes", anything
+    ),
 }
