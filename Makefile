@@ -55,7 +55,7 @@ accuracy: build ## Score every filter on real recordings (AHRS_RS_DATA) into doc
 robustness: build ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
 	$(BIN)/python tools/robustness.py
 
-endurance: build ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; hours, can be resumed
+endurance: build ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; an hour, can be resumed
 	$(BIN)/python tools/endurance.py
 
 papers: build ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md

@@ -1,7 +1,7 @@
 """float32 beside float64 over a day of readings at 1 kHz: `make endurance`, kept as docs/endurance.md.
 
 Every streaming filter runs in both scalars over the same noisy readings, at rest and in motion. The whole, 10⁸ steps of
-8 sensors, takes some HOURS hours on one core; it saves its state now and then, and goes on from there when it is
+8 sensors, takes some 45 minutes on one core; it saves its state now and then, and goes on from there when it is
 started again with the same build. A short run:
 
     python tools/endurance.py --steps 1e6 --filters MEKF,SelfCalKF

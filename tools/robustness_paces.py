@@ -44,8 +44,8 @@ def madgwick(error: float, time: float, beta: float = 0.041) -> float:
 
 
 def mahony(error: float, time: float, kp: float = 1.0, ki: float = 0.3) -> float:
-    # The slowest pair of poles has this real part. The integral has learnt a bias in the sensor's axes: where these go on
-    # to turn, it holds the error at ki/(kp² λ) times what it came from.
+    # The slowest pair of poles has this real part. The integral has learnt a bias in the sensor's axes, and holds
+    # the error at ki/(kp² λ) times what it came from where they turn.
     slowest = 1.0 - math.sin(DIP)
     return error * (1.0 + ki / (kp**2 * slowest)) * math.exp(-0.5 * kp * slowest * time)
 
