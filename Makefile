@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: aarch64 oracle wheel baseline pair dev attack header format formats damage tables clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -94,6 +94,12 @@ stubs: dev ## Write the type stubs of the filter classes from the registry
 
 accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
 	$(BIN)/python tools/accuracy.py
+
+robustness: dev ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
+	$(BIN)/python tools/robustness.py
+
+endurance: dev ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; an hour, can be resumed
+	$(BIN)/python tools/endurance.py
 
 papers: dev ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 	$(BIN)/python tools/papers.py
