@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: attack aarch64 oracle wheel baseline pair dev header format clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack header format formats damage tables clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -104,13 +104,21 @@ browser: ## Install the browser (Debian, root) that the test of the papers' repo
 calibration: dev ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
 	$(BIN)/python tools/calibration.py
 
+tables: dev ## Write what tables are understood into docs/tables.md
+	$(BIN)/python tools/tables.py
+
+formats: dev ## Read a file of every format, and write what each of them gives into docs/formats.md
+	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
+	$(BIN)/python tools/formats.py
+
+damage: dev ## Read a thousand damaged files of every format: an error or what is left, never a crash
+	$(BIN)/python -m pip install --quiet 'pymavlink>=2.4.50'
+	$(BIN)/python tools/damage.py
+
 bench: dev ## Time every filter beside other packages into docs/performance.md, and the core by itself
 	$(BIN)/python benches/peers.py
 	$(BIN)/python benches/calibration.py
 	cargo bench --quiet
-
-attack: build ## End commands at random moments and look for leaks (hours) into docs/attacks.md
-	$(BIN)/python tools/attack.py
 
 wheel: $(VENV)/.made ## Build a wheel into target/wheels, without the symbols that a test counts
 	$(BIN)/maturin build --release --strip
@@ -131,6 +139,9 @@ $(PAST)/.made: $(VENV)/.made
 
 pair: build baseline ## Time this build beside the one of the past (ARGS="--filter VQF ..."; ARGS=--help lists them)
 	$(BIN)/python benches/pair.py --old $(PAST)/python $(ARGS)
+
+attack: dev ## End commands at random moments and look for leaks (hours) into docs/attacks.md
+	$(BIN)/python tools/attack.py
 
 firmware: ## Run every filter on an emulated Cortex-M, compare it with the host, write docs/firmware.md
 	$(PYTHON) tools/firmware.py

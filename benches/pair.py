@@ -1,15 +1,16 @@
 """Times two builds of the package beside each other, and compares their bits: `make pair`.
 
 Each build runs in a process of its own that stays alive and is asked in alternation, so that a machine whose speed
-drifts slows both. What is timed is one of
+drifts slows both; a few processes follow each other, as each has its own luck with memory. What is timed is one of
 
 - filters on simulated recordings (the default; `--filter`, `--dtype`, `--recordings`),
 - a statement of Python (`--setup`, `--statement`; several pairs are timed in one run),
 - a command (`--command`), a new process each time, in the environment of each build.
 
 A line for each: the medians of both, the median over the alternations of new time over old with its quartiles, and
-whether results have the same bits. Exit status 1 where bits differ (unless `--any-bits`), or where a median of ratios
-is above `--limit`.
+whether results have the same bits. A build beside itself (`--old python --new python`) shows what a ratio can tell:
+0.98 to 1.02 on two busy cores. Exit status 1 where bits differ (unless `--any-bits`), or where a median of ratios is
+above `--limit`.
 
     python benches/pair.py --filter Madgwick,VQF --dtype f64,f32 --recordings 1,64
     python benches/pair.py --setup "import ahrs_rs as ar; r = ar.simulate.demo(60, 286)" --statement "r.save('r.npz')"
@@ -29,6 +30,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,6 +41,7 @@ BASELINE = HERE / "target" / "baseline" / "3962d5a" / "python"
 #: As many as Ludwig & Burnham's recording.
 SAMPLES = 6401
 RATE = 286.0
+CLOCKS = {"wall": time.perf_counter_ns, "cpu": time.process_time_ns}
 
 
 @dataclass(frozen=True)
@@ -68,12 +71,12 @@ class Filters:
         dtype = {"f64": np.float64, "f32": np.float32}[self.dtype]
         arrays = [np.asarray(v, dtype) for v in self.sensors]
         f = ar.FILTERS[self.name](rate=RATE)
-        if self.recordings == 1:
-            return lambda: f.run(*arrays)
-        # Recordings that differ, so that lanes do, too.
-        many = [np.stack([np.roll(v, 7 * i, axis=0) for i in range(self.recordings)]) for v in arrays]
-        out = np.empty((*many[0].shape[:2], 4), dtype)
-        return lambda: f.run(*many, out=out, threads=self.threads)
+        if self.recordings > 1:
+            # Recordings that differ, so that lanes do, too.
+            arrays = [np.stack([np.roll(v, 7 * i, axis=0) for i in range(self.recordings)]) for v in arrays]
+        # Room that is there: asking the system for it takes some processes longer than others.
+        out = np.empty((*arrays[0].shape[:-1], 4), dtype)
+        return lambda: f.run(*arrays, out=out, threads=self.threads)
 
 
 @dataclass(frozen=True)
@@ -167,12 +170,13 @@ def worker() -> int:
             call = argument.prepared()
             answer = bits(call())
         else:
-            start, count, elapsed = time.perf_counter_ns(), 0, 0
-            while elapsed < argument:
+            turn, name = argument
+            clock = CLOCKS[name]
+            end, start, count = time.perf_counter_ns() + turn, clock(), 0
+            while count == 0 or time.perf_counter_ns() < end:
                 call()
                 count += 1
-                elapsed = time.perf_counter_ns() - start
-            answer = elapsed / count
+            answer = (clock() - start) / count
         pickle.dump(answer, out)
         out.flush()
 
@@ -228,19 +232,36 @@ class Pair:
         return f"{self.work!s:34} {' '.join(times)} {unit:9}  {spread}  {'equal' if self.same else 'DIFFERENT'}"
 
 
-def measured(old: Build, new: Build, work: Work, rounds: int, turn: float) -> Pair:
+def measured(work: Work, args: argparse.Namespace) -> Pair:
     """Both builds in alternation; which one begins alternates, too."""
-    same = old.ask("prepare", work) == new.ask("prepare", work)
-    times: dict[Build, list[float]] = {old: [], new: []}
-    for number in range(-1, rounds):  # the first one warms up
-        for build in (old, new) if number % 2 else (new, old):
-            each = build.ask("time", turn * 1e6)
-            if number >= 0:
-                times[build].append(each)
-    return Pair(work, times[old], times[new], same)
+    # What other processes take from a core is no part of a build's time; of several threads it cannot be told.
+    clock = args.clock or ("cpu" if args.threads == 1 and not isinstance(work, Command) else "wall")
+    turn = (args.turn * 1e6, clock)
+    same = True
+    times: dict[str, list[float]] = {"old": [], "new": []}
+    share = -(-args.rounds // args.processes)
+    for first in range(0, args.rounds, share):
+        with builds(args, reverse=first // share % 2 == 1) as both:
+            same &= len({build.ask("prepare", work) for build in both.values()}) == 1
+            for build in both.values():
+                build.ask("time", turn)  # warms up
+            for number in range(first, min(args.rounds, first + share)):
+                for name in sorted(both, reverse=number % 2 == 1):
+                    times[name].append(both[name].ask("time", turn))
+    return Pair(work, times["old"], times["new"], same)
 
 
-def works(args: argparse.Namespace, old: Build) -> Iterator[Work]:
+@contextmanager
+def builds(args: argparse.Namespace, *, reverse: bool = False) -> Iterator[dict[str, Build]]:
+    """New processes of both builds: which one begins, and where its memory happens to lie, makes up to a twentieth."""
+    folders = {"old": args.old.resolve(), "new": args.new.resolve()}
+    both = {name: Build(folders[name]) for name in sorted(folders, reverse=reverse)}
+    yield both
+    for build in both.values():
+        build.close()
+
+
+def works(args: argparse.Namespace) -> Iterator[Work]:
     if args.statement or args.command:
         setups = args.setup if len(args.setup) > 1 else (args.setup or [""]) * len(args.statement)
         if len(setups) != len(args.statement):
@@ -248,8 +269,9 @@ def works(args: argparse.Namespace, old: Build) -> Iterator[Work]:
         yield from (Statement(*both) for both in zip(args.statement, setups, strict=True))
         yield from (Command(command) for command in args.command)
         return
-    names = old.ask("filters") if args.filter == "all" else args.filter.split(",")
-    sensors = old.ask("record", args.samples)[: 2 if args.six else 3]
+    with builds(args) as both:
+        names = both["old"].ask("filters") if args.filter == "all" else args.filter.split(",")
+        sensors = both["old"].ask("record", args.samples)[: 2 if args.six else 3]
     for name, dtype, recordings in itertools.product(names, args.dtype.split(","), args.recordings.split(",")):
         yield Filters(name, dtype, int(recordings), args.threads or None, sensors)
 
@@ -295,13 +317,25 @@ def parsed(words: Sequence[str] | None) -> argparse.Namespace:
     add("--statement", action="append", default=[], metavar="CODE", help="what is timed instead of filters")
     add("--command", action="append", default=[], metavar="LINE", help="what is timed instead of filters")
     add("--rounds", type=int, default=15, metavar="N", help="alternations (default: %(default)s)")
+    add(
+        "--processes",
+        type=int,
+        default=3,
+        metavar="N",
+        help="of each build, one after the other (default: %(default)s)",
+    )
     add("--turn", type=float, default=20.0, metavar="MS", help="that a turn lasts at least (default: %(default)s)")
+    add(
+        "--clock",
+        choices=list(CLOCKS),
+        help="wall time, or that of the processor (default: cpu for what has one thread)",
+    )
     add("--limit", type=float, metavar="RATIO", help="of new time over old, above which the exit status is 1")
     add("--any-bits", action="store_true", help="bits may differ")
     add("--worker", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args(words)
-    if args.rounds < 2:
-        parser.error(f"--rounds: expected at least 2, got {args.rounds}")
+    if not 1 <= args.processes <= args.rounds or args.rounds < 2:
+        parser.error("expected at least 2 --rounds, and 1 to as many --processes")
     return args
 
 
@@ -309,17 +343,14 @@ def main(words: Sequence[str] | None = None) -> int:
     args = parsed(words)
     if args.worker:
         return worker()
-    old, new = Build(args.old.resolve()), Build(args.new.resolve())
     print(f"{args.rounds} alternations; median [quartiles] of new time over old; old: {args.old}", flush=True)
     print(f"{'':34} {'old':>9} {'new':>9} {'':9}  {'ratio':>6}  {'quartiles':14}  bits")
     failed = False
-    for work in works(args, old):
-        pair = measured(old, new, work, args.rounds, args.turn)
+    for work in works(args):
+        pair = measured(work, args)
         print(pair, flush=True)
         failed |= not (pair.same or args.any_bits)
         failed |= args.limit is not None and statistics.median(pair.ratios) > args.limit
-    for build in (old, new):
-        build.close()
     return int(failed)
 
 

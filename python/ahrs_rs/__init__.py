@@ -24,18 +24,22 @@ from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.filters import *  # noqa: F403  # the classes are made from the registry
 from ahrs_rs.filters import FILTERS as FILTERS
-from ahrs_rs.io import read, read_all, sensors, write_estimate
+from ahrs_rs.io import read, read_all, sensors
 from ahrs_rs.recording import Recording
 from ahrs_rs.state import State
 from ahrs_rs.status import Status
 
 if _TYPE_CHECKING:
     from ahrs_rs import calibration, papers, signal, simulate, tuning
+    from ahrs_rs._reference import join_reference
+    from ahrs_rs.io import write_estimate
 
 __version__ = "0.1.0"
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
 _LATER = ("calibration", "papers", "signal", "simulate", "tuning")
+#: The same for functions: name -> module.
+_LATER_FUNCTIONS = {"join_reference": "_reference", "write_estimate": "io"}
 
 __all__ = [
     "DataWarning",
@@ -49,6 +53,7 @@ __all__ = [
     "SweepInterrupted",
     "calibration",
     "filters",
+    "join_reference",
     "metrics",
     "papers",
     "read",
@@ -65,10 +70,12 @@ __all__ += filters.__all__
 
 
 def __getattr__(name: str) -> object:
+    if name in _LATER_FUNCTIONS:
+        return getattr(_import_module(f"{__name__}.{_LATER_FUNCTIONS[name]}"), name)
     if name in _LATER:
         return _import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LATER})
+    return sorted({*globals(), *_LATER, *_LATER_FUNCTIONS})

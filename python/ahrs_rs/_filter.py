@@ -59,8 +59,8 @@ class Filter(_native.NativeFilter):
     declination: magnetic declination in rad, positive east: with a magnetometer, the attitude is from true north
     gyr_hold: ``"zero-order"``, the rate of a sample holds over the step that ends with it, or ``"linear"``
     repeated: what a row of the accelerometer or magnetometer is that equals the sensor's last one bit for bit while the
-        gyroscope's row does not: ``"new"``, a measurement as any other, or ``"missing"``, none, for 1 s at most (a logger
-        that repeats the last row of a slower sensor)
+        gyroscope's row does not: ``"new"``, a measurement as any other, or ``"missing"``, none, for 1 s at most (the
+        logger repeats the last row of a slower sensor)
     gyr_range: largest rate in rad/s that an axis of the gyroscope shows (default 0: not known): a rotation beyond it is
         lost, and the attitude found again from the accelerometer and magnetometer
     dtype: of ``update``; ``run`` computes in float32 if all its measurements are
@@ -104,17 +104,18 @@ class Filter(_native.NativeFilter):
         dtype: DTypeLike = np.float64,
         **params: Any,
     ) -> Self:
-        gyr_range = _number("gyr_range", gyr_range)
         if "gyr_range" in cls.PARAMS:  # a filter that has its own use for it
-            params["gyr_range"] = gyr_range
+            params["gyr_range"], gyr_range = gyr_range, 0.0
+        gyr_range = _number("gyr_range", gyr_range)
         values = cls._encoded(params)
         kind = np.dtype(dtype)
         rate = None if rate is None else _number("rate", rate)
         declination = _number("declination", declination)
         frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
         repeated = _choice("repeated", repeated, REPEATED)
-        common = 0.0 if "gyr_range" in cls.PARAMS else gyr_range
-        self = super().__new__(cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, common, kind.name)
+        self = super().__new__(
+            cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, gyr_range, kind.name
+        )
         self.rate, self.frame, self.declination, self.gyr_hold = rate, frame, declination, gyr_hold
         self.repeated, self.dtype = repeated, kind
         if "gyr_range" not in cls.PARAMS:
@@ -256,6 +257,7 @@ class Filter(_native.NativeFilter):
             t=self._stamps(t, quat.shape[:-1], call.states),
             state=state if self.STREAMING else None,
             extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
+            frame=self.frame,
         )
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:
@@ -326,14 +328,17 @@ class Filter(_native.NativeFilter):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, (type(self), self._keywords(), self.state() if self.STREAMING else None)
+        return _rebuild, (type(self), self._keywords(), self._snapshot() if self.STREAMING else None, State.VERSION)
 
 
-def _rebuild(cls: type[Filter], keywords: dict[str, Any], state: State | None) -> Filter:
-    """The pickled filter."""
+def _rebuild(
+    cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | None, version: int | None = None
+) -> Filter:
+    """The pickled filter; its state is checked as any other one."""
     made = cls(**keywords)
-    if state is not None:
-        made.restore(state)
+    if snapshot is not None:
+        fields = (cls.NAME, made.dtype.name, made._settings, *snapshot)
+        made.restore(State(*fields, version=cast(int, version)))
     return made
 
 

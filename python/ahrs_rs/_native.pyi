@@ -8,8 +8,8 @@ from typing_extensions import disjoint_base
 from ahrs_rs.state import Snapshot
 
 __all__ = [
-    "NativeFilter",
     "INSTRUCTIONS",
+    "NativeFilter",
     "all_float32",
     "calibrate",
     "calibrate_at",

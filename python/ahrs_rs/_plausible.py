@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Standard gravity, m/s².
 GRAVITY = 9.80665
 #: Median norm of the specific force, m/s²: whoever carries a sensor is within it, whatever they do.
 ACC = (2.0, 50.0)

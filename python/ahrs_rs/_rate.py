@@ -15,6 +15,8 @@ REGULAR, SHORT = 0.5, 0.05
 PACKED = 0.8
 #: A step of a regular clock that is longer than so many medians has lost at least one sample in between.
 LOST = 1.75
+#: The time between packets is usually longer than so many medians; where samples are lost, usually one or two are.
+BETWEEN = 4.0
 #: A packet that takes longer than so many medians.
 LATE = 1.5
 #: The longest packets that are looked for, in samples.
@@ -48,13 +50,21 @@ def unbroken(t: FloatArray) -> tuple[FloatArray, int]:
         if middle > 0.0:
             usual = np.count_nonzero(np.abs(durations - middle) <= USUAL * middle) / durations.size
             short = np.count_nonzero(durations < 0.5 * middle) / durations.size
-            if usual >= (REGULAR if samples == 1 else PACKED) and short <= SHORT:
+            alike = usual >= (REGULAR if samples == 1 else PACKED) and short <= SHORT
+            if alike and not (samples == 1 and _in_packets(durations, middle)):
                 longest = LOST if samples == 1 else LATE
                 return durations[durations <= longest * middle], samples
         samples *= 2
     durations = np.diff(t)
     steps = durations[durations > 0.0]
     return durations[durations <= BREAK * np.median(steps)] if steps.size else durations, 1
+
+
+def _in_packets(steps: FloatArray, usual: float) -> bool:
+    """Whether most of the time passes in long steps that come again and again: between packets, not in gaps."""
+    long = steps[steps > LOST * usual]
+    often = long.size > SHORT * steps.size and float(np.median(long)) > BETWEEN * usual
+    return often and float(long.sum()) > 0.5 * float(steps.sum())
 
 
 def nominal_rate(t: FloatArray) -> float:
@@ -67,7 +77,7 @@ def nominal_rate(t: FloatArray) -> float:
     Returns
     -------
     float
-        Hz. Without a gap (T - 1) / (t[-1] - t[0]).
+        Hz. Without a gap (T - 1) / (t[-1] - t[0]), of stamps that are repeated at the ends whole packets only.
 
     Raises
     ------
@@ -78,11 +88,12 @@ def nominal_rate(t: FloatArray) -> float:
     --------
     >>> import numpy as np
     >>> float(nominal_rate(np.arange(2000) // 4 * 0.04))  # four samples in a packet
-    100.05...
+    100.0
     """
     if not len(t) or not t[-1] > t[0]:
         raise ValueError("rate: must be given, because t has no two different times")
     durations, samples = unbroken(t)
     if durations.size * samples >= (len(t) - 1) // samples * samples:  # nothing is broken: the whole counts
-        return float((len(t) - 1) / (t[-1] - t[0]))
+        # From the first sample of one packet to the first of another: a part of a packet would count for nothing.
+        return float(np.searchsorted(t, t[-1]) / (t[-1] - t[0]))
     return float(durations.size * samples / durations.sum())

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _native
 from ahrs_rs._frame import data_frame
+from ahrs_rs._plausible import GRAVITY
 from ahrs_rs.state import State
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+    from ahrs_rs.recording import Recording
 
 Floats = NDArray[np.floating[Any]]
 
@@ -41,6 +45,8 @@ class Estimate:
     offline filter."""
     extra: Mapping[str, Floats]
     """What ``outputs=`` asked for, by name: (..., T, *shape)."""
+    frame: str = "ENU"
+    """The earth frame."""
 
     def __repr__(self) -> str:
         parts = [f"quat{self.quat.shape}", str(self.quat.dtype)]
@@ -50,7 +56,7 @@ class Estimate:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A read-only mapping cannot be pickled, its contents can.
-        return _estimate, (self.quat, self.gyr_bias, self.status, self.t, self.state, dict(self.extra))
+        return _estimate, (self.quat, self.gyr_bias, self.status, self.t, self.state, dict(self.extra), self.frame)
 
     def __len__(self) -> int:
         """The number of samples of one recording."""
@@ -81,6 +87,74 @@ class Estimate:
         if self.quat.ndim > 2 and self.quat.shape[0] == 0:
             return Rotation.from_quat(self.quat.reshape(-1, 4), scalar_first=True)
         return Rotation.from_quat(self.quat, scalar_first=True)
+
+    def linear_acceleration(self, acc: ArrayLike, frame: str = "earth", *, gravity: float = GRAVITY) -> Floats:
+        """The acceleration of the sensor: its specific force with gravity taken off.
+
+        Parameters
+        ----------
+        acc : (..., T, 3) specific force in the sensor frame, m/s², of the rows of the estimate.
+        frame : ``"earth"`` or ``"sensor"``, in whose axes it is given.
+        gravity : of the place, m/s².
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3) m/s²; NaN where the accelerometer has no sample.
+
+        Raises
+        ------
+        ValueError
+            Another shape or frame.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import ahrs_rs as ar
+        >>> acc = np.tile([0.0, 0.0, 9.80665], (50, 1))
+        >>> ar.Mahony(rate=100.0).run(np.zeros((50, 3)), acc).linear_acceleration(acc)[-1]
+        array([0., 0., 0.])
+        """
+        if frame not in ("earth", "sensor"):
+            raise ValueError(f"frame: expected 'earth' or 'sensor', got {frame!r}")
+        force = np.asarray(acc, dtype=self.quat.dtype)
+        if force.shape != (*self.quat.shape[:-1], 3):
+            raise ValueError(f"acc: expected shape {(*self.quat.shape[:-1], 3)}, got {force.shape}")
+        matrix = self.matrix()
+        up = np.array([0.0, 0.0, -1.0 if self.frame == "NED" else 1.0], dtype=self.quat.dtype) * gravity
+        if frame == "earth":
+            return np.asarray(np.einsum("...ij,...j->...i", matrix, force) - up)
+        return np.asarray(force - np.einsum("...ji,j->...i", matrix, up))
+
+    def save(self, path: str | os.PathLike[str], *, recording: Recording | None = None, degrees: bool = False) -> None:
+        """Write the estimate of one recording to a file.
+
+        Parameters
+        ----------
+        path : the ending tells the format:
+
+            - .csv, .parquet: columns t, qw, qx, qy, qz, roll, pitch, yaw, bias_x, bias_y, bias_z where estimated, what
+              ``outputs=`` asked for (covariance_0_1, ...), status
+            - .npz: the same as arrays (quat, euler, gyr_bias, ...)
+            - .sto: for OpenSim; `ahrs_rs.io.write_sto` writes several sensors
+            - .tum: trajectory text, scalar-last, positions zero
+            - .mcap, .ros2 (a folder): messages of ROS 2 (the extra ``ros``), QuaternionStamped, and Imu with
+              `recording`; ROS expects the frame ENU
+
+        recording : of the same rows; CSV, Parquet and npz then have the linear acceleration in the earth frame (m/s²),
+            and messages of ROS the readings.
+        degrees : Euler angles in degrees and the bias in degrees a second, as their names then say (yaw_deg).
+
+        Raises
+        ------
+        ValueError
+            Another ending, several recordings in one estimate, or a recording of another length.
+        ImportError
+            The format needs a package that is not installed.
+        """
+        from ahrs_rs.io import save_estimate
+
+        save_estimate(path, self, recording, degrees=degrees)
 
     def to_frame(self) -> Any:
         """A polars or pandas DataFrame, whichever is installed (polars first), a row a sample.
@@ -119,6 +193,7 @@ def _estimate(
     t: NDArray[np.float64],
     state: State | list[State] | None,
     extra: dict[str, Floats],
+    frame: str = "ENU",
 ) -> Estimate:
     """The pickled estimate."""
-    return Estimate(quat, gyr_bias, status, t, state, MappingProxyType(extra))
+    return Estimate(quat, gyr_bias, status, t, state, MappingProxyType(extra), frame)

@@ -38,6 +38,8 @@ class GyroIntegration(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -49,6 +51,8 @@ class Tilt(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -60,6 +64,8 @@ class Ecompass(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -74,6 +80,8 @@ class Trigonometric(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -94,6 +102,8 @@ class Complementary(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
     @classmethod
@@ -125,6 +135,8 @@ class LinearKalman(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -148,6 +160,8 @@ class Mahony(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -174,6 +188,8 @@ class Madgwick(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -239,6 +255,8 @@ class EKF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -274,6 +292,8 @@ class DcmImu(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -345,6 +365,8 @@ class MEKF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -434,6 +456,8 @@ class VQF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -544,6 +568,7 @@ class SelfCalKF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -564,6 +589,8 @@ class BasicVQF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -602,6 +629,8 @@ class Fusion(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -691,6 +720,8 @@ class OfflineVQF(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
+        gyr_range: float = 0.0,
         dtype: DTypeLike = ...,
     ) -> Self: ...
 
@@ -795,5 +826,6 @@ class SelfCalSmoother(Filter):
         frame: Literal["ENU", "NED", "NWU"] = "ENU",
         declination: float = 0.0,
         gyr_hold: Literal["zero-order", "linear"] = "zero-order",
+        repeated: Literal["new", "missing"] = "new",
         dtype: DTypeLike = ...,
     ) -> Self: ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _atomic, _axes, _quat
+from ahrs_rs import _axes, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
 
@@ -129,8 +128,7 @@ class Recording:
         Parameters
         ----------
         **streams : ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``, ``temperature``
-        as the arguments
-            of `Recording`, and any further ones, which are kept. All times are on one time base, s.
+            as the arguments of `Recording`, and any further ones, which are kept. All times are on one time base, s.
         rate : Hz of the rows; None takes that of the clock.
         meta : what else is known.
 
@@ -149,9 +147,8 @@ class Recording:
         --------
         >>> import numpy as np
         >>> import ahrs_rs as ar
-        >>> rec = ar.Recording.from_streams(
-        ...     gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], [[20.0, 0.0, -40.0], [20.0, 0.0,
-        -40.0]]) ... )
+        >>> field = [[20.0, 0.0, -40.0], [20.0, 0.0, -40.0]]
+        >>> rec = ar.Recording.from_streams(gyr=(np.arange(6) / 100, np.zeros((6, 3))), mag=([0.005, 0.035], field))
         >>> rec.mag[:, 0]
         array([nan, 20., nan, nan, 20., nan])
         """
@@ -381,23 +378,22 @@ class Recording:
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz file which `ahrs_rs.read` gives back with the same arrays, rate and meta.
+        """Write a file which `ahrs_rs.read` gives back.
 
-        Values of `meta` that JSON does not know are written as text.
+        Parameters
+        ----------
+        path : the ending tells the format. .npz is exact, with the streams of sensors that have clocks of their own,
+            rate and meta (values that JSON does not know are written as text). .parquet and .csv hold the rows, with
+            units in the names of the columns; .parquet also rate and meta.
 
         Raises
         ------
         ValueError
-            If `path` does not end in .npz.
-        OSError
-            What was there is then as it was.
+            Another ending.
         """
-        path = Path(path)
-        if path.suffix.lower() != ".npz":
-            raise ValueError(f"path: expected a name that ends in .npz, got {path.name!r}")
-        meta = json.dumps(self.meta, default=str)
-        with _atomic.binary(path) as file:
-            np.savez_compressed(file, rate=np.float64(self.rate), meta=np.array(meta), **self._arrays())
+        from ahrs_rs.io import save_recording
+
+        save_recording(self, Path(path))
 
     def _arrays(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _COLUMNS if getattr(self, name) is not None}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import enum
 
+from ahrs_rs import _native
+
 
 class Status(enum.IntFlag):
     """The bits of ``Estimate.status``; a sample with nothing to say has none.
@@ -31,3 +33,7 @@ class Status(enum.IntFlag):
     """The step was much longer than usual: samples are missing, or the clock leapt."""
     REPEATED = 512
     """A row repeats its sensor's last one and was taken for missing, as ``repeated="missing"`` asks."""
+
+
+if dict(_native.status_bits()) != {bit.name: int(bit) for bit in Status}:
+    raise ImportError("ahrs_rs: its native module is of another version: build the package again")

@@ -36,7 +36,9 @@ pub use settings::{GyrHold, Repeated, Settings};
 pub const LONGEST_STEP: f64 = 1.0e6;
 
 /// The cosine of half the angle (20°) from which on a filter with a covariance has not found the attitude again by itself.
-const NEAR: f64 = 0.984807753012208;
+const NEAR_BY_ITSELF: f64 = 0.984807753012208;
+/// The same (8.8°) from which on another filter has not: twice the deviation of the mean in motion.
+const NEAR: f64 = 0.997075181;
 
 impl Settings {
     /// The rotation from east-north-up to the chosen frame; `from_magnetic` where north is the magnetic one there.
@@ -344,12 +346,12 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             let q = self.filter.attitude();
             let uses_field = F::SPEC.magnetometer == Magnetometer::Feedback;
             let (aligned, headed) = self.recovery.aligned(q, uses_field);
-            // What knows how sure it is has found the attitude again, unless it was too far away for a linear model, or what
-            // is seen at rest is better.
-            let mut set = ready;
-            if F::HAS_COVARIANCE {
-                set = ready & (q.dot(aligned).abs().lt(S::of(NEAR)) | self.recovery.is_surer());
-            }
+            // In motion an attitude that is as close to the mean as that may be wrong is left alone; and that of a filter that
+            // knows how sure it is, unless it was too far away for a linear model, or what is seen at rest is better.
+            let quiet = self.recovery.is_quiet();
+            let near = S::of(if F::HAS_COVARIANCE { NEAR_BY_ITSELF } else { NEAR });
+            let sure = if F::HAS_COVARIANCE { quiet & self.recovery.is_surer() } else { quiet };
+            let set = ready & (sure | q.dot(aligned).abs().lt(near));
             if uses_field {
                 // Without a field so far, the next sample gives the heading.
                 self.headed = self.headed & (!set | headed | !self.magnetic);

@@ -115,10 +115,8 @@ impl<S: Scalar> Monitor<S> {
         let (zero, one) = (S::zero(), S::one());
         let r = q.matrix();
         let weight = |time: S, constant: f64| time / (S::of(constant) + time);
-        let limit = |v: Vec3<S>, norm: S| {
-            let beyond = S::of(LARGEST * LARGEST) * norm * norm;
-            v * (beyond / v.norm2().max(beyond)).sqrt()
-        };
+        // By norms, not their squares, which may be beyond the range of the scalar.
+        let limit = |v: Vec3<S>, norm: S| v * (S::of(LARGEST) * norm / v.norm2().sqrt()).min(one);
 
         // The force, and how steady it is.
         let force = r.apply(limit(sample.acc.value * S::of(1.0 / STANDARD_GRAVITY), one));

@@ -101,24 +101,29 @@ impl<S: Scalar> Recovery<S> {
         self.since = S::select(shown, self.since + dt, self.since);
         self.quiet = S::select(shown, S::select(quiet, self.quiet + dt, zero), self.quiet);
         let over = S::of(LONGEST_TIME).le(self.since);
-        let surer = S::of(MOTION_ERROR * MOTION_ERROR).lt(self.unknown);
-        let ready = shown & (S::of(QUIET_TIME).le(self.quiet) | (over & surer));
+        let surer = self.is_surer();
+        let ready = shown & (self.is_quiet() | (over & surer));
         // What motion shows is less sure than what is known already.
         self.unknown = S::select(shown & over & !surer, zero, self.unknown);
         ready
     }
 
-    /// Where the readings are those of a quiet sensor, and say more than is known.
+    /// Where the readings are those of a quiet sensor.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn is_quiet(&self) -> S::Mask {
+        S::of(QUIET_TIME).le(self.quiet)
+    }
+
+    /// Where more was lost than what the mean in motion may be wrong by.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn is_surer(&self) -> S::Mask {
-        S::of(QUIET_TIME).le(self.quiet) & S::of(MOTION_ERROR * MOTION_ERROR).lt(self.unknown)
+        S::of(MOTION_ERROR * MOTION_ERROR).lt(self.unknown)
     }
 
     /// The variance in rad² of the attitude that the readings show.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn variance(&self) -> S {
-        let quiet = S::of(QUIET_TIME).le(self.quiet);
-        S::select(quiet, S::of(QUIET_ERROR * QUIET_ERROR), S::of(MOTION_ERROR * MOTION_ERROR))
+        S::select(self.is_quiet(), S::of(QUIET_ERROR * QUIET_ERROR), S::of(MOTION_ERROR * MOTION_ERROR))
     }
 
     /// An attitude aligned with what the readings show: the inclination, and the heading where there was a field and it is `used`;

@@ -176,11 +176,12 @@ impl<S: Scalar> Filter<S> for Fusion<S> {
         // ω = ω_gyr + gain e. After a gap one sample's error stands for the whole of it: it may be corrected, not overshot.
         let half = S::of(0.5);
         let mut feedback = (self.gain * weights.time).min(S::one());
-        if sample.late(dt).any() {
+        let late = sample.late(dt);
+        if late.any() {
             // Each error by its own time.
             let [acc, mag] = [weights.acc, weights.mag].map(|weight| (self.gain * weights.time * weight).min(S::one()));
-            error = Vec3::new(error.x * acc, error.y * acc, error.z * mag);
-            feedback = S::one();
+            error = Vec3::select(late, Vec3::new(error.x * acc, error.y * acc, error.z * mag), error);
+            feedback = S::select(late, S::one(), feedback);
         }
         let half_turn = gyr * (half * dt) + r.transpose_apply(error) * (half * feedback);
         let integration = match self.params.integration {

@@ -314,9 +314,9 @@ def test_streaming_gives_one_row_of_what_run_gives() -> None:
 def test_pickles_do_not_grow_with_the_package() -> None:
     # A filter is its class, its parameters and its state: no code, no registry. A state of n variables has a covariance
     # of n² numbers in it, of 9 bytes each: 49 of the EKF.
-    # SelfCalKF's has 496, beside some 260 other variables.
+    # SelfCalKF's has 496, beside some 260 other variables; every filter has 40 of its measurements, losses and recovery.
     for name, cls in ar.FILTERS.items():
-        assert len(pickle.dumps(cls(rate=RATE))) < (8000 if name == "SelfCalKF" else 2000)
+        assert len(pickle.dumps(cls(rate=RATE))) < (8500 if name == "SelfCalKF" else 2500)
 
 
 # Importing.

@@ -215,7 +215,7 @@ def test_npz_of_wrong_contents_is_refused(tmp_path: Path) -> None:
         ({"gyr": np.zeros((5, 2)), "rate": 1.0}, r"gyr: expected shape \(5, 3\), got \(5, 2\)"),
         ({"gyr": np.zeros((5, 3)), "acc": np.zeros((4, 3)), "rate": 1.0}, r"acc: expected shape \(5, 3\)"),
         ({"gyr": np.array([["a"] * 3]), "rate": 1.0}, "gyr: expected real numbers"),
-        ({"gyr": np.zeros((5, 3)), "t": np.zeros((5, 1))}, r"t: expected shape \(T,\)"),
+        ({"gyr": np.zeros((5, 3)), "t": np.zeros((5, 1))}, r"t: expected times \(T,\)"),
         ({"gyr": np.zeros((5, 3)), "rate": 1.0, "meta": "no json"}, "meta: expected a JSON object"),
         ({"gyr": np.array([{}, []], dtype=object), "rate": 1.0}, "is not a readable .npz file"),
     ):
@@ -254,7 +254,7 @@ def test_given_format_is_taken_and_an_unknown_one_refused(tmp_path: Path) -> Non
     assert read(str(path), format="csv").meta["format"] == "csv"
     with pytest.raises(ValueError, match=r"is not a readable \.npz file"):
         read(path, format="npz")
-    with pytest.raises(ValueError, match="format: expected one of broad, npz, parquet, repoimu, csv, got 'mat'"):
+    with pytest.raises(ValueError, match=r"format: expected one of .*npz, .*csv, got 'mat'"):
         read(path, format="mat")
 
 

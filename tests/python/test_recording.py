@@ -85,8 +85,8 @@ def test_saved_recording_is_read_back_as_it_was(tmp_path: Path) -> None:
     assert back.meta["repairs"] == []
     for name in ("t", "gyr", "acc", "mag", "ref", "mask", "temperature"):
         assert np.array_equal(getattr(back, name), getattr(source, name), equal_nan=name != "mask")
-    with pytest.raises(ValueError, match=r"ends in \.npz, got 'a.csv'"):
-        source.save(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match=r"ends in \.npz, \.parquet or \.csv, got 'a.mat'"):
+        source.save(tmp_path / "a.mat")
 
 
 def test_recording_survives_pickling() -> None:

@@ -7,19 +7,32 @@ Ctrl-C does, with what is done kept and nothing half written.
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
 from typing import NoReturn
 
 import ahrs_rs
 from ahrs_rs._printable import printable
-from ahrs_rs.cli import calibrate, compare, demo, filters, noise, papers, run, simulate, tune
 from ahrs_rs.cli._common import CliError
 from ahrs_rs.cli._signals import interruptible
 
 __all__ = ["main"]
 
-COMMANDS = (run, compare, tune, filters, calibrate, noise, simulate, demo, papers)
+#: Command -> its module, which is imported where the command is given.
+COMMANDS = {
+    "run": "run",
+    "compare": "compare",
+    "tune": "tune",
+    "filters": "filters",
+    "sensors": "_sensors",
+    "formats": "_formats",
+    "calibrate": "calibrate",
+    "noise": "noise",
+    "simulate": "simulate",
+    "demo": "demo",
+    "papers": "papers",
+}
 
 FAILED = 2
 #: What a shell reports of a program that the closed pipe ended: 128 + SIGPIPE.
@@ -77,18 +90,19 @@ def _fail(message: str) -> None:
 
 
 def _command(argv: list[str] | None) -> int:
-    parser = _parser()
+    given = sys.argv[1:] if argv is None else argv
+    parser = _parser(given[0] if given and given[0] in COMMANDS else None)
     try:
         args = parser.parse_args(argv)
     except SystemExit as end:  # --help and --version
         return int(end.code or 0)
     if args.function is None:
-        names = ", ".join(module.__name__.rpartition(".")[2] for module in COMMANDS)
-        raise CliError(f"expected a command: {names} (see {parser.prog} --help)")
+        raise CliError(f"expected a command: {', '.join(COMMANDS)} (see {parser.prog} --help)")
     return int(args.function(args))
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(command: str | None) -> argparse.ArgumentParser:
+    """The parser of a command, or of all of them."""
     parser = _Parser(
         prog="ahrs-rs",
         description="Orientation from recordings of gyroscope, accelerometer and magnetometer.",
@@ -99,8 +113,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"ahrs-rs {ahrs_rs.__version__}")
     parser.set_defaults(function=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
-    for module in COMMANDS:
-        module.add_parser(commands)
+    for name in COMMANDS if command is None else [command]:
+        importlib.import_module(f"{__name__}.{COMMANDS[name]}").add_parser(commands)
     return parser
 
 

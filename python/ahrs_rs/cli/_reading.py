@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import os
 import warnings
 from collections.abc import Sequence
@@ -83,6 +84,38 @@ def read(path: Path, args: argparse.Namespace) -> Recording:
         return io.read(os.fspath(path), **keywords(args))
 
 
+def add_reference(parser: argparse.ArgumentParser) -> None:
+    """Options of what the truth is."""
+    group = parser.add_argument_group("reference")
+    one = group.add_mutually_exclusive_group()
+    one.add_argument(
+        "--reference",
+        type=Path,
+        metavar="FILE",
+        help="file with the true orientation, by another clock and at another rate; the clock is aligned",
+    )
+    one.add_argument(
+        "--against-device", action="store_true", help="take the orientation that the device estimated for the truth"
+    )
+
+
+def with_reference(recording: Recording, args: argparse.Namespace) -> Recording:
+    """The recording with the truth that the options of `add_reference` say."""
+    if args.reference is not None:
+        from ahrs_rs._reference import join_reference  # here: it is rarely asked for
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DataWarning)
+            return join_reference(recording, os.fspath(args.reference))
+    if args.against_device:
+        quat = recording.device_quat
+        if quat is None:
+            raise CliError(f"--against-device: {recording.meta.get('path')} has no orientation of the device")
+        meta = {**recording.meta, "ref_frame": recording.meta.get("device_frame", "of the device")}
+        return dataclasses.replace(recording, ref=quat, mask=None, meta=meta)
+    return recording
+
+
 def told(recording: Recording) -> list[tuple[str, str]]:
     """What has to be known of how a recording was read: (key, text) of each line."""
     lines = [(key, sentence) for kind, key in TOLD.items() for sentence in recording.meta.get(kind, ())]
@@ -115,6 +148,10 @@ def head(recording: Recording, sensors: Sequence[str] | None = None) -> list[tup
         for name, stream in recording.streams.items()
         if len(stream) > 2 and stream.t[-1] > stream.t[0]
     }
+    reference = meta.get("reference")
+    if isinstance(reference, dict):
+        rms = f", {reference['rms_deg']:.2f}° left" if "rms_deg" in reference else ""
+        lines.append(("reference", f"{reference['path']}, its clock moved by {reference['offset']:.4f} s{rms}"))
     if recording.has_own_clocks:
         lines.append(("clocks", ", ".join(f"{name} {rate:.6g} Hz" for name, rate in own.items())))
     if meta.get("axes"):

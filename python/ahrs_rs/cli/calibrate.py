@@ -18,7 +18,7 @@ from ahrs_rs import _atomic, calibration, plots
 from ahrs_rs._printable import printable
 from ahrs_rs.calibration import Calibration, CalibrationError, Calibrations, CalibrationWarning, _windows
 from ahrs_rs.calibration.file import joined
-from ahrs_rs.cli import _common, _reading
+from ahrs_rs.cli import _calibrated, _common, _reading
 from ahrs_rs.cli._common import CliError, Commands, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
@@ -95,7 +95,7 @@ def add_parser(commands: Commands) -> None:
         "--window", type=_common.positive, default=1.0, metavar="S", help="over which the field may have any slope, s"
     )
     _reading.add_reading(late)
-    add_option(late)
+    _calibrated.add_option(late)
     export = sensors.add_parser("export", help="cal.json as source code for firmware", allow_abbrev=False)
     export.set_defaults(function=write_sources)
     export.add_argument("file", type=Path, metavar="FILE", help="cal.json")
@@ -227,9 +227,9 @@ def magnetometer_delay(args: argparse.Namespace) -> int:
     """The command for the delay of a magnetometer: every file, and their mean by their standard errors."""
     found: list[calibration.MagDelay] = []
     lines: list[str] = []
-    calibrations = given(args)
+    calibrations = _calibrated.given(args)
     for path, read in zip(args.files, _read(args), strict=True):
-        recording, said = applied(calibrations, read)
+        recording, said = _calibrated.applied(calibrations, read)
         lines += [f"mag-delay  {printable(path)}", *(f"{key:<10} {text}" for key, text in _reading.told(recording))]
         lines += [f"note       {note}" for note in said]
         try:
@@ -405,29 +405,3 @@ def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -
         axes.set_xlabel("reading")
     drawn.suptitle(f"{sensor}: {found.calibration.info['method']}")
     return drawn
-
-
-def add_option(parser: argparse.ArgumentParser) -> None:
-    """The option of other commands by which recordings are calibrated."""
-    parser.add_argument(
-        "--calibration", type=Path, metavar="FILE", help="cal.json of `ahrs-rs calibrate`, applied to the readings"
-    )
-
-
-def given(args: argparse.Namespace) -> Calibrations | None:
-    """The calibrations that `add_option` asks for."""
-    return None if args.calibration is None else calibration.load(args.calibration)
-
-
-def applied(calibrations: Calibrations | None, recording: Recording) -> tuple[Recording, list[str]]:
-    """The recording with the calibrations, and what is to be known of them."""
-    if calibrations is None:
-        return recording, []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", CalibrationWarning)
-        result = calibrations.apply(recording)
-    notes = [str(one.message) for one in caught]
-    lacking = [sensor for sensor, _ in calibrations if getattr(recording, sensor) is None]
-    if lacking:
-        notes.append(f"calibrated, but not in the recording: {', '.join(lacking)}")
-    return result, notes

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ahrs_rs import _atomic, metrics, plots
 from ahrs_rs._printable import printable
 from ahrs_rs._progress import progress_bar
-from ahrs_rs.cli import _common, _reading, calibrate
+from ahrs_rs.cli import _calibrated, _common, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings, Writers
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.recording import Recording
@@ -50,7 +50,9 @@ def add_parser(commands: Commands) -> None:
     )
     parser.set_defaults(function=compare)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings (csv, parquet, npz, hdf5)")
-    parser.add_argument("--filters", default="all", metavar="NAMES", help="all (the default), or name,name")
+    parser.add_argument(
+        "--filter", "--filters", dest="filters", default="all", metavar="NAMES", help="all (the default), or name,name"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -63,8 +65,9 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the errors over time (png, pdf, svg)")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the table")
     _common.add_align(parser)
+    _reading.add_reference(parser)
     _reading.add_reading(parser)
-    calibrate.add_option(parser)
+    _calibrated.add_option(parser)
     _common.add_settings(parser)
 
 
@@ -77,11 +80,13 @@ def compare(args: argparse.Namespace) -> int:
             raise CliError(f"{path}: no such file")
     paths = list(dict.fromkeys(args.files))
     comparison = Comparison(choices, Settings.of(args), Aligner.of(args), plot=args.plot is not None)
-    calibrations = calibrate.given(args)
+    calibrations = _calibrated.given(args)
 
     def recordings() -> Iterator[tuple[str, Recording]]:
         for name, path in zip(_short_names(paths), paths, strict=True):
-            recording, said = calibrate.applied(calibrations, _reading.read(path, args))
+            recording, said = _calibrated.applied(
+                calibrations, _reading.with_reference(_reading.read(path, args), args)
+            )
             for note in [*said, *(f"{key}: {text}" for key, text in _reading.told(recording))]:
                 comparison.notes.setdefault(note, []).append(name)
             yield name, recording

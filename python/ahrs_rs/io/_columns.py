@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ._contents import Options
-from ._names import AXES, BARE, Column, parse, split
-from ._units import ASSUMED, SIZELESS, UNITS, conversion, unit_key
+from ._names import AXES, BARE, PROCESSED, Column, parse, split
+from ._units import ASSUMED, SIZELESS, UNITS, conversion, is_unit, unit_key
 
 #: Names of a column that says which of several sensors a row is of.
 INSTANCES = frozenset(
@@ -128,7 +128,7 @@ def choose(
     given = {quantity: [_stated(_with_unit(one, units), stated) for one in group] for quantity, group in given.items()}
 
     made = Choice()
-    readings = [column for column in columns if column.quantity != "t"]
+    readings = _owned([column for column in columns if column.quantity != "t"])
     _choose_sensors(made, readings, given)
     times = given.get("t") or [column for column in columns if column.quantity == "t"]
     made.clocks = _clocks(times) if "t" not in given else [Clock(tuple(times))] if times else []
@@ -166,7 +166,7 @@ def _named(headers: Sequence[str], quantity: str, axis: int, name: Any) -> Colum
     same = known is not None and known.quantity == quantity
     unit = known.unit if known is not None and same else split(headers[index])[1]
     kind = known.kind if known is not None and same else ()
-    bracketed = bool(unit) and (quantity not in UNITS or unit_key(unit) in UNITS[quantity])
+    bracketed = bool(unit) and (quantity not in UNITS or is_unit(quantity, unit))
     return Column(index, headers[index], quantity, axis, unit if bracketed else "", kind=kind, bracketed=bracketed)
 
 
@@ -215,6 +215,24 @@ def _choose_sensors(made: Choice, columns: list[Column], given: dict[str, list[C
                 quantities[quantity] = found
         if quantities:
             made.sensors[owner or "imu"] = quantities
+
+
+def _owned(columns: list[Column]) -> list[Column]:
+    """The columns, of which the words behind the axis name the sensor where several quantities have the same ones.
+
+    acc_x_dashboard, gyro_x_dashboard, acc_x_wheel, gyro_x_wheel are two sensors; acc_x_filtered is none of its own.
+    """
+    of: dict[tuple[str, ...], set[str]] = {}
+    for column in columns:
+        if column.quantity in SENSORS and column.kind and not column.owner and not PROCESSED & set(column.kind):
+            of.setdefault(column.kind, set()).add(column.quantity)
+    places = {kind for kind, quantities in of.items() if len(quantities) > 1}
+    if len(places) < 2:
+        return columns
+    return [
+        replace(column, owner="_".join(column.kind), kind=()) if column.kind in places and not column.owner else column
+        for column in columns
+    ]
 
 
 def _owners(groups: Mapping[Group, Mapping[int, Sequence[Column]]]) -> list[str]:
@@ -313,7 +331,7 @@ def is_sizeless(column: Column) -> bool:
 
 def _clocks(columns: list[Column]) -> list[Clock]:
     """The clocks, those that are likelier that of the sensor first."""
-    coarse = [column for column in columns if unit_key(column.unit) in UNITS["t"] and _size(column) == 1.0]
+    coarse = [column for column in columns if is_unit("t", column.unit) and _size(column) == 1.0]
     fine = [column for column in columns if column.unit and column.known and _size(column) < 1.0]
     found = []
     paired: set[int] = set()
@@ -332,14 +350,8 @@ def _size(column: Column) -> float:
 
 def _stem(column: Column) -> str:
     """The name without the unit: header.stamp of header.stamp.secs."""
-    name, unit = _until_letter(column.header.strip().lower()), _until_letter(column.unit.lower())
-    return _until_letter(name.removesuffix(unit)) if unit else name
-
-
-def _until_letter(text: str) -> str:
-    """The text without what stands behind its last letter or digit."""
-    last = next((k for k in range(len(text) - 1, -1, -1) if text[k].isalnum()), -1)
-    return text[: last + 1]
+    words = split(column.header)[0]
+    return " ".join(words[:-1] if words and is_unit("t", words[-1]) else words)
 
 
 def _preference(clock: Clock) -> tuple[int, int, int]:

@@ -1,29 +1,91 @@
-"""Estimates written to a file: CSV, Parquet or .npz by the ending of its name."""
+"""Estimates written to a file, by the ending of its name."""
 
 from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _atomic, metrics
 from ._contents import require
+from ._ros_out import write_ros
+from ._sto_out import write_sto
+from ._tum import write_tum
+
+if TYPE_CHECKING:
+    from ..estimate import Estimate
+    from ..recording import Recording
 
 Arrays = dict[str, NDArray[Any]]
 
-#: Array -> names of its columns in CSV and Parquet.
+#: Array -> names of its columns in CSV and Parquet; others are numbered.
 COLUMNS = {
     "t": ("t",),
     "quat": ("qw", "qx", "qy", "qz"),
     "euler": ("roll", "pitch", "yaw"),
+    "euler_deg": ("roll_deg", "pitch_deg", "yaw_deg"),
     "gyr_bias": ("bias_x", "bias_y", "bias_z"),
+    "gyr_bias_deg": ("bias_x_deg_s", "bias_y_deg_s", "bias_z_deg_s"),
     "status": ("status",),
+    "linear_acceleration": ("lin_acc_x", "lin_acc_y", "lin_acc_z"),
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Writer:
+    """How a kind of file is written.
+
+    Parameters
+    ----------
+    title : what it is.
+    write : of an estimate, with its recording where one is given, and angles in degrees where that is asked for.
+    library, extra : what has to be installed.
+    """
+
+    title: str
+    write: Callable[[Path, Estimate, Recording | None, bool], None]
+    library: str = ""
+    extra: str = ""
+
+    def require(self) -> None:
+        """ImportError where its library is not installed."""
+        if self.library:
+            require(self.library, self.extra)
+
+
+def save_estimate(
+    path: str | os.PathLike[str], est: Estimate, recording: Recording | None = None, *, degrees: bool = False
+) -> None:
+    """Write an estimate; see `Estimate.save`."""
+    path = Path(path)
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise ValueError(f"path: expected a name that ends in {', '.join(WRITERS)}, got {path.name!r}")
+    if est.quat.ndim != 2:
+        raise ValueError(
+            f"estimate: expected one of one recording, got {est.quat.shape[0]} side by side: save each of them"
+        )
+    if recording is not None and len(recording) != len(est):
+        raise ValueError(f"recording: expected the {len(est)} rows of the estimate, got {len(recording)}")
+    writer.write(path, est, recording, degrees)
+
+
+def arrays_of(est: Estimate, recording: Recording | None, degrees: bool) -> Arrays:
+    """What is written of an estimate, in the order of the columns."""
+    arrays: Arrays = {"t": est.t, "quat": est.quat, "euler_deg" if degrees else "euler": est.euler(degrees)}
+    if est.gyr_bias is not None:
+        arrays["gyr_bias_deg" if degrees else "gyr_bias"] = np.rad2deg(est.gyr_bias) if degrees else est.gyr_bias
+    if recording is not None and recording.acc is not None:
+        arrays["linear_acceleration"] = est.linear_acceleration(recording.acc)
+    arrays |= est.extra
+    arrays["status"] = est.status
+    return arrays
 
 
 def write_estimate(
@@ -39,7 +101,7 @@ def write_estimate(
     CSV and Parquet have the columns t [s], qw, qx, qy, qz, roll, pitch, yaw [rad], bias_x, bias_y, bias_z
     [rad/s] and status (a bit mask); .npz has the arrays t, quat, euler, gyr_bias and status. What is not
     given is not written, except Euler angles: they are computed. CSV holds the shortest text that gives the
-    same number back.
+    same number back. `Estimate.save` writes more, and in more formats.
 
     Parameters
     ----------
@@ -54,13 +116,11 @@ def write_estimate(
     ------
     ValueError
         Another ending, or a wrong shape.
-    OSError
-        What was there is then as it was.
     """
     path = Path(path)
-    writer = WRITERS.get(path.suffix.lower())
+    writer = _ARRAYS.get(path.suffix.lower())
     if writer is None:
-        raise ValueError(f"path: expected a name that ends in {', '.join(WRITERS)}, got {path.name!r}")
+        raise ValueError(f"path: expected a name that ends in {', '.join(_ARRAYS)}, got {path.name!r}")
     given = {"t": t, "quat": quat, "euler": euler, "gyr_bias": gyr_bias, "status": status}
     arrays = {name: np.asarray(value) for name, value in given.items() if value is not None}
     if arrays["quat"].ndim != 2:
@@ -76,37 +136,87 @@ def write_estimate(
     writer(path, {name: arrays[name] for name in COLUMNS if name in arrays})
 
 
-def _columns(arrays: Arrays) -> Arrays:
-    return {
-        column: array if array.ndim == 1 else array[:, i]
-        for name, array in arrays.items()
-        for i, column in enumerate(COLUMNS[name])
-    }
+def columns_of(arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """The arrays column by column: those of more than one dimension are numbered, as covariance_0_1."""
+    columns: Arrays = {}
+    for name, array in arrays.items():
+        known = COLUMNS.get(name)
+        for k, index in enumerate(np.ndindex(*array.shape[1:])):
+            columns[known[k] if known else "_".join([name, *map(str, index)])] = array[(slice(None), *index)]
+    return columns
 
 
-def _write_csv(path: Path, arrays: Arrays) -> None:
-    columns = _columns(arrays)
+def write_columns_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """A CSV file, with the shortest text that gives each number back; NaN is an empty cell."""
+    cells = [column.tolist() for column in columns.values()]
+    for column, array in zip(cells, columns.values(), strict=True):
+        if array.dtype.kind == "f":
+            for k in np.flatnonzero(np.isnan(array)):
+                column[k] = ""
     with _atomic.text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        writer.writerows(zip(*cells, strict=True))
 
 
-def _write_parquet(path: Path, arrays: Arrays) -> None:
+def write_columns_parquet(
+    path: Path, columns: Mapping[str, NDArray[Any]], meta: Mapping[str, str] | None = None
+) -> None:
+    """A Parquet file, with texts in its metadata where there are any."""
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
-    columns = {name: np.ascontiguousarray(column) for name, column in _columns(arrays).items()}
+    table = pa.table({name: np.ascontiguousarray(column) for name, column in columns.items()})
     with _atomic.replacing(path) as beside:
-        parquet.write_table(pa.table(columns), beside)
+        parquet.write_table(table.replace_schema_metadata(dict(meta)) if meta else table, beside)
 
 
-def _write_npz(path: Path, arrays: Arrays) -> None:
+def _csv(path: Path, arrays: Arrays) -> None:
+    write_columns_csv(path, columns_of(arrays))
+
+
+def _parquet(path: Path, arrays: Arrays) -> None:
+    write_columns_parquet(path, columns_of(arrays))
+
+
+def _npz(path: Path, arrays: Arrays) -> None:
     contents: dict[str, Any] = dict(arrays)
     with _atomic.binary(path) as file:
         np.savez_compressed(file, **contents)
 
 
-WRITERS: dict[str, Callable[[Path, Arrays], None]] = {
-    ".csv": _write_csv,
-    ".parquet": _write_parquet,
-    ".npz": _write_npz,
+_ARRAYS: dict[str, Callable[[Path, Arrays], None]] = {".csv": _csv, ".parquet": _parquet, ".npz": _npz}
+
+
+def _of_arrays(write: Callable[[Path, Arrays], None]) -> Callable[[Path, Estimate, Recording | None, bool], None]:
+    def written(path: Path, est: Estimate, recording: Recording | None, degrees: bool) -> None:
+        write(path, arrays_of(est, recording, degrees))
+
+    return written
+
+
+def _sto(path: Path, est: Estimate, recording: Recording | None, degrees: bool) -> None:
+    write_sto(path, {path.stem: est})
+
+
+def _tum(path: Path, est: Estimate, recording: Recording | None, degrees: bool) -> None:
+    write_tum(path, est.t, est.quat)
+
+
+def _ros(path: Path, est: Estimate, recording: Recording | None, degrees: bool) -> None:
+    write_ros(path, est, recording)
+
+
+#: Ending -> how a file with it is written.
+WRITERS: dict[str, Writer] = {
+    ".csv": Writer("CSV table", _of_arrays(_csv)),
+    ".parquet": Writer("Parquet table", _of_arrays(_parquet), "pyarrow", "io"),
+    ".npz": Writer("numpy arrays", _of_arrays(_npz)),
+    ".sto": Writer("OpenSim orientations", _sto),
+    ".tum": Writer("TUM trajectory", _tum),
+    ".mcap": Writer("ROS 2 messages in an MCAP file", _ros, "rosbags", "ros"),
+    ".ros2": Writer("ROS 2 bag (a folder)", _ros, "rosbags", "ros"),
 }
+
+
+def writers() -> dict[str, Writer]:
+    """Ending of a file's name -> how an estimate is written to it."""
+    return dict(WRITERS)

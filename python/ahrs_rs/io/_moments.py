@@ -116,14 +116,19 @@ def _of_day(texts: list[str], name: str) -> FloatArray:
     return found
 
 
+def known_zone(zone: str) -> zoneinfo.ZoneInfo:
+    """The time zone of a name; ValueError where there is none."""
+    try:
+        return zoneinfo.ZoneInfo(zone)
+    except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError, TypeError):
+        raise ValueError(f"timezone: expected a name like Europe/Berlin, got {zone!r}") from None
+
+
 def _from_zone(moments: NDArray[np.datetime64], zone: str | None) -> NDArray[np.datetime64]:
     """Local times as UTC; of an hour that comes twice in autumn, the first one."""
     if zone is None:
         return moments
-    try:
-        info = zoneinfo.ZoneInfo(zone)
-    except (zoneinfo.ZoneInfoNotFoundError, ValueError):
-        raise ValueError(f"timezone: expected a name like Europe/Berlin, got {zone!r}") from None
+    info = known_zone(zone)
     hours = moments.astype("datetime64[h]")
     offsets = {}
     for hour in np.unique(hours[~np.isnat(hours)]):

@@ -152,6 +152,28 @@ _KINDS = {
     "lp": 1,
     "hp": 2,
 }
+#: Words for what was done to a reading: they name no sensor.
+PROCESSED = frozenset(_KINDS) | frozenset(
+    [
+        "cal",
+        "calibrated",
+        "calib",
+        "corrected",
+        "comp",
+        "compensated",
+        "fused",
+        "est",
+        "estimated",
+        "wr",
+        "ln",
+        "data",
+        "value",
+        "val",
+        "body",
+        "world",
+        "earth",
+    ]
+)
 _TRUTH = frozenset(
     [
         "ref",
@@ -303,7 +325,8 @@ def _clock(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | None:
         if cut and not _DEVICE.fullmatch(words[0]):
             break
         rest, own = _without_unit("t", words[cut:], unit)
-        if rest in TIMES or (not rest and own):
+        single = len(rest) == 1 and len(rest[0]) > 1 and is_unit("t", rest[0])  # nsecs
+        if rest in TIMES or single or (not rest and own):
             if rest == ("t",) and unit and not is_unit("t", unit) and is_unit("temperature", unit):
                 return "temperature", 0, unit, "", (), False, bracketed
             if not own:  # a name like "millis" or "seconds_elapsed" says the unit of the time
@@ -340,7 +363,8 @@ def _phrased(words: tuple[str, ...], unit: str, bracketed: bool) -> Parsed | Non
             quantity = _PHRASE_WORDS.get(words[start : start + length])
             if quantity is None or (words[start] == "q" and start and not _is_owner(words[:start])):
                 continue
-            made = _around(quantity, words[:start], words[start + length :], unit, bracketed)
+            stated = unit or ("degC" if "".join(words[start : start + length]).endswith("degc") else "")
+            made = _around(quantity, words[:start], words[start + length :], stated, bracketed)
             if made is not None:
                 return made
     return None
@@ -379,6 +403,8 @@ def _around(
         if rest or any(word in AXES["acc"] for word in before):
             return None  # temp_room, pressure_altitude, moving_average: something else
     words = (*leading, *rest)
+    if len(labels) > 1 and {"temp", "temperature"} & set(words):
+        return None  # xRateTemp: of the gyroscope, but not its reading
     if _NO_READING & set(words) and not (unit and set(words) & {"cal"}):
         return None
     names = _OWN_WORDS.get(quantity, frozenset())

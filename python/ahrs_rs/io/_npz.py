@@ -19,6 +19,9 @@ from ._source import Source
 #: An array of more bytes than this is to be packed no better than so many times: readings have noise.
 LARGE, MOST_PACKED = 2**28, 100
 
+#: How the arrays of streams with clocks of their own begin.
+STREAM = "stream"
+
 #: What is in it -> names of the array, the first present one is taken.
 NAMES = {
     "t": ("t", "time"),
@@ -52,14 +55,31 @@ def load(source: Source, options: Options) -> dict[str, SensorData]:
                 if name is not None:
                     _check_size(file.zip, name)
                     found[field] = file[name]
+            own = _streams(file)
     except Exception as error:  # a damaged archive or header makes zipfile, zlib and numpy raise nearly every class
         raise ValueError(f"is not a readable .npz file: {one_line(error)}") from error
-    if not found.keys() & {"gyr", "acc", "mag"}:
+    if not found.keys() & {"gyr", "acc", "mag"} and not own:
         raise ValueError(f"has no array 'gyr', 'acc' or 'mag', only {sorted(names)}")
     rate = _rate(found.pop("rate")) if "rate" in found else None
     meta = _meta(found.pop("meta")) if "meta" in found else {}
     t = _clock(found.pop("t"), meta) if "t" in found else None
-    return {"imu": SensorData({name: (t, values) for name, values in found.items()}, rate=rate, meta=meta)}
+    streams = {name: (t, values) for name, values in found.items()}
+    return {"imu": SensorData(streams | own, rate=rate, meta=meta)}
+
+
+def _streams(file: Any) -> dict[str, tuple[Any, Any]]:
+    """The streams with clocks of their own that `Recording.save` wrote; those of one clock share its array."""
+    found: dict[str, tuple[Any, Any]] = {}
+    for key in file.files:
+        kind, _, rest = key.partition(".")
+        name, _, part = rest.rpartition(".")
+        if kind == STREAM and part == "t" and f"{STREAM}.{name}.values" in file.files:
+            _check_size(file.zip, key)
+            _check_size(file.zip, f"{STREAM}.{name}.values")
+            t = file[key]
+            t = next((other for other, _ in found.values() if np.array_equal(other, t)), t)
+            found[name] = (t, file[f"{STREAM}.{name}.values"])
+    return found
 
 
 def _check_size(archive: zipfile.ZipFile, name: str) -> None:
@@ -111,6 +131,12 @@ def _meta(value: Any) -> dict[str, Any]:
         units = meta.get(name, {})
         if not isinstance(units, dict) or not all(isinstance(one, str) for one in units.values()):
             raise ValueError(f"meta: {name}: expected an object of texts, got {shown(units)}")
+    return before(meta)
+
+
+def before(meta: dict[str, Any]) -> dict[str, Any]:
+    """The meta of a recording that was saved: what was told of the file that it came from is not told again."""
     if "path" in meta:
         meta["saved_from"] = meta["path"]
-    return meta
+    told = {kind: meta.pop(kind) for kind in (*TOLD, "assumed_units") if meta.get(kind)}
+    return {**meta, "told_before": told} if told else meta

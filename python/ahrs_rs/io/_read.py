@@ -6,9 +6,11 @@ import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
 
 from .._axes import axes_matrix
 from .._rate import nominal_rate
@@ -85,9 +87,14 @@ def read(
     """
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, sensor, timezone, rate)
     window = _window(between)
-    source = _source(path)
+    source = _source(path, format)
     name, found = _load(source, format, options)
     try:
+        main = formats()[name].main
+        if options.sensor is None and main in found:
+            for other in [one for one in found if one != main]:
+                found[main].say("ignored", f"sensor {other}: read it by sensor={other!r}")
+            found = {main: found[main]}
         if options.sensor is None and len(found) > 1:
             raise ValueError(f"has several sensors: give sensor= (--sensor), one of {_listed(found)}, or use read_all")
         chosen = _chosen(found, options.sensor)
@@ -135,7 +142,7 @@ def read_all(
     """Read all sensors of a file: sensor -> recording. Parameters, warnings and errors are those of `read`."""
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, None, timezone, rate)
     window = _window(between)
-    source = _source(path)
+    source = _source(path, format)
     name, found = _load(source, format, options)
     recordings = {}
     for sensor, data in found.items():
@@ -160,13 +167,14 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
     list of SensorInfo
         Their names are what ``read(..., sensor=)`` takes.
     """
-    source, options = _source(path), Options()
+    source, options = _source(path, format), Options()
     name = _named(source, format)
     known = formats()[name]
     try:
-        if known.sensors is not None:
-            return known.sensors(source, options)
-        return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
+        with np.errstate(over="ignore", invalid="ignore"):
+            if known.sensors is not None:
+                return known.sensors(source, options)
+            return [_counted(sensor, data) for sensor, data in known.load(source, options).items()]
     except ValueError as error:
         raise ValueError(f"{source.path}: {error}") from error
 
@@ -186,6 +194,10 @@ def _options(layout: str | os.PathLike[str] | None, *given: Any) -> Options:
         raise ValueError(f"rate: expected a positive, finite number of Hz, got {rate!r}")
     if options.axes is not None:
         axes_matrix(options.axes)  # wrong ones are told before a file is read
+    if options.timezone is not None:
+        from ._moments import known_zone  # here: it is rarely asked for
+
+        known_zone(options.timezone)
     return options
 
 
@@ -197,10 +209,15 @@ def _window(between: tuple[float, float] | None) -> tuple[float, float] | None:
     return float(between[0]), float(between[1])
 
 
-def _source(path: Readable) -> Source:
+def _source(path: Readable, format: str | None) -> Source:
     source = Source.of(path)
     if not source.is_folder and not source.head:
         raise ValueError(f"{source.path}: is empty")
+    alone = source.names[0] if source.is_zip and len(source.names) == 1 else ""
+    if alone and not alone.endswith(".npy") and not any(one.sniff(source) for one in formats().values()):
+        source = source.child(alone)
+        if not source.head:
+            raise ValueError(f"{source.path}: is empty")
     return source
 
 
@@ -212,7 +229,8 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
         if not taken and getattr(options, field.name) is not None:
             raise ValueError(f"{source.path}: {field.name}: expected None, as {known.title} has a layout of its own")
     try:
-        found = known.load(source, options)
+        with np.errstate(over="ignore", invalid="ignore"):  # absurd numbers are refused by what they lead to
+            found = known.load(source, options)
         if not found:
             raise ValueError("has no sensor")
         return name, found
@@ -262,7 +280,9 @@ def _made(
     window: tuple[float, float] | None,
     sensor: str | None = None,
 ) -> Recording:
-    recording = finish(data, source.path, format, options, convert="units" not in formats()[format].options)
+    known = formats()[format]
+    applied = replace(options, rate=None) if "rate" in known.options else options
+    recording = finish(data, source.path, format, applied, convert="units" not in known.options)
     if sensor is not None or options.sensor is not None:
         recording.meta["sensor"] = sensor if sensor is not None else options.sensor
     if options.axes is not None:

@@ -5,7 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from . import _broad, _npz, _repoimu, _table
+from . import (
+    _apdm,
+    _axivity,
+    _broad,
+    _c3d,
+    _dataflash,
+    _dot,
+    _euroc,
+    _gcsv,
+    _gopro,
+    _npz,
+    _phyphox,
+    _px4,
+    _repoimu,
+    _ros,
+    _sensorlogger,
+    _shimmer,
+    _sto,
+    _table,
+    _telemachus,
+    _tum,
+    _xio,
+    _xsens,
+)
 from ._contents import Options, SensorData, SensorInfo
 from ._source import Source
 
@@ -26,7 +49,9 @@ class Format:
     sensors : what is in the source, without reading it whole; None counts what `load` gives.
     endings : of file names that only this format has.
     extra, library : what has to be installed, as ``pip install ahrs-rs[extra]``, and the library that reads it.
-    options : those of `Options` that it takes beside axes, rate and sensor.
+    options : those of `Options` that it takes beside axes, rate and sensor; "rate" where the reader itself applies it
+        (packet numbers count on over gaps).
+    main : the sensor that is read where none is asked for, of files whose other sensors are parts of it.
     note : what a user has to know, in one sentence.
     """
 
@@ -38,11 +63,139 @@ class Format:
     extra: str = ""
     library: str = ""
     options: frozenset[str] = frozenset()
+    main: str = ""
     note: str = ""
 
 
 #: Name -> format; the first one whose `sniff` agrees is taken, so the general ones come last.
 FORMATS: dict[str, Format] = {
+    "px4": Format(
+        title="PX4 ULog",
+        sniff=_px4.sniff,
+        load=_px4.load,
+        sensors=_px4.sensors,
+        endings=(".ulg", ".ulog"),
+        extra="px4",
+        library="pyulog",
+        main=_px4.MAIN,
+        note="sensor_combined is read; the single sensors by sensor=.",
+    ),
+    "dataflash": Format(
+        title="ArduPilot DataFlash log",
+        sniff=_dataflash.sniff,
+        load=_dataflash.load,
+        sensors=_dataflash.sensors,
+        extra="mavlink",
+        library="pymavlink",
+        note="pymavlink is under the LGPL, and is imported only where such a log is read.",
+    ),
+    "ros": Format(
+        title="ROS 1 bag, ROS 2 bag, MCAP",
+        sniff=_ros.sniff,
+        load=_ros.load,
+        sensors=_ros.sensors,
+        endings=(".bag", ".mcap", ".db3"),
+        extra="ros",
+        library="rosbags",
+        note="Times are those of the header, not of the recording.",
+    ),
+    "euroc": Format(
+        title="EuRoC/ASL folder with truth, or one of its files",
+        sniff=_euroc.sniff,
+        load=_euroc.load,
+        extra="io",
+        library="pyarrow",
+        options=frozenset({"rate"}),
+    ),
+    "xio": Format(
+        title="x-IMU3 or NGIMU folder",
+        sniff=_xio.sniff,
+        load=_xio.load,
+        endings=(".ximu3",),
+        extra="io",
+        library="pyarrow",
+    ),
+    "xsens": Format(
+        title="Xsens MT Manager export",
+        sniff=_xsens.sniff,
+        load=_xsens.load,
+        extra="io",
+        library="pyarrow",
+        options=frozenset({"rate"}),
+    ),
+    "dot": Format(
+        title="Movella DOT export",
+        sniff=_dot.sniff,
+        load=_dot.load,
+        extra="io",
+        library="pyarrow",
+        options=frozenset({"rate"}),
+    ),
+    "shimmer": Format(title="Shimmer export", sniff=_shimmer.sniff, load=_shimmer.load, extra="io", library="pyarrow"),
+    "apdm": Format(
+        title="APDM (HDF5)",
+        sniff=_apdm.sniff_hdf5,
+        load=_apdm.load_hdf5,
+        sensors=_apdm.sensors_hdf5,
+        extra="io",
+        library="h5py",
+    ),
+    "apdm-csv": Format(
+        title="APDM export (CSV)", sniff=_apdm.sniff_csv, load=_apdm.load_csv, extra="io", library="pyarrow"
+    ),
+    "sensorlogger": Format(
+        title="Sensor Logger (folder, zip or one file)",
+        sniff=_sensorlogger.sniff,
+        load=_sensorlogger.load,
+        extra="io",
+        library="pyarrow",
+    ),
+    "phyphox": Format(
+        title="phyphox (folder, zip or one file)",
+        sniff=_phyphox.sniff,
+        load=_phyphox.load,
+        extra="io",
+        library="pyarrow",
+    ),
+    "axivity": Format(
+        title="Axivity AX6 or AX3",
+        sniff=_axivity.sniff,
+        load=_axivity.load,
+        sensors=_axivity.sensors,
+        endings=(".cwa",),
+        extra="axivity",
+        library="cwa-reader-rs",
+    ),
+    "c3d": Format(
+        title="C3D, inertial sensors among the analog channels",
+        sniff=_c3d.sniff,
+        load=_c3d.load,
+        sensors=_c3d.sensors,
+        endings=(".c3d",),
+        extra="c3d",
+        library="ezc3d",
+        options=frozenset({"units", "rate"}),
+        note="Units are often left empty in the file: give units=.",
+    ),
+    "gopro": Format(
+        title="GoPro video",
+        sniff=_gopro.sniff,
+        load=_gopro.load,
+        endings=(".mp4", ".mov", ".360"),
+        extra="video",
+        library="telemetry-parser",
+    ),
+    "gcsv": Format(
+        title="Gyroflow log", sniff=_gcsv.sniff, load=_gcsv.load, endings=(".gcsv",), extra="io", library="pyarrow"
+    ),
+    "sto": Format(title="OpenSim orientations (.sto)", sniff=_sto.sniff, load=_sto.load, endings=(".sto",)),
+    "telemachus": Format(
+        title="telemachus table",
+        sniff=_telemachus.sniff,
+        load=_telemachus.load,
+        extra="io",
+        library="pyarrow",
+    ),
     "broad": Format(
         title="BROAD trial (HDF5)",
         sniff=_broad.sniff,
@@ -64,6 +217,7 @@ FORMATS: dict[str, Format] = {
     "repoimu": Format(
         title="RepoIMU recording (CSV)", sniff=_repoimu.sniff, load=_repoimu.load, extra="io", library="pyarrow"
     ),
+    "tum": Format(title="TUM trajectory", sniff=_tum.sniff, load=_tum.load, endings=(".tum",)),
     "csv": Format(
         title="text table", sniff=_table.sniff, load=_table.load, extra="io", library="pyarrow", options=TABLE
     ),

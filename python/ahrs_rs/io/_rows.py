@@ -17,7 +17,7 @@ from ._contents import FloatArray, Options, SensorData
 from ._moments import seconds_of_text
 from ._names import Column, looks_like_sensor, quantity_of_name
 from ._profiles import Profile
-from ._stamps import EPOCH, seconds, utc
+from ._stamps import EPOCH, seconds, unwrapped, utc, wrap_of
 from ._units import ASSUMED, conversion, unit_key
 
 #: A column that tells sensors apart has no more different values than this.
@@ -102,6 +102,10 @@ def _label(cell: Any) -> str:
     return text.removesuffix(".0")
 
 
+#: Quantities that nothing is computed from: their units need no word.
+UNUSED = ("temperature", "pressure")
+
+
 def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDArray[np.intp] | None) -> SensorData:
     data = SensorData({}, meta={"repairs": list(table.repairs)})
     units: dict[str, str] = {}
@@ -116,13 +120,14 @@ def _of_sensor(table: TableData, quantities: dict[str, list[Column]], rows: NDAr
             units[quantity] = ", ".join(dict.fromkeys(column.unit or default for column in group))
             if is_sizeless(group[0]):
                 units[quantity] = "normalised" if unit_key(group[0].unit) not in ("raw", "counts", "lsb") else "raw"
-            if not all(column.unit for column in group):
+            if not all(column.unit for column in group) and quantity not in UNUSED:
                 assumed[quantity] = default
     _force_by_its_size(arrays, data)
     clocks, own = _clock(table, rows, len(next(iter(arrays.values()))), data, quantities)
     if clocks is not None:
         columns["t"] = [table.headers[column.index] for column in clocks.clock.columns]
-        stated = all(column.unit for column in clocks.clock.columns) or clocks.start is not None
+        numbers = all(table.values[column.index].dtype.kind in "fiu" for column in clocks.clock.columns)
+        stated = all(column.unit for column in clocks.clock.columns) or clocks.start is not None or not numbers
         units["t"] = ", ".join(column.unit or "s" for column in clocks.clock.columns) if clocks.t.size else "s"
         if not stated:
             assumed["t"] = "s"
@@ -302,6 +307,10 @@ def _one_part(
         raise ValueError(f"column {column.header!r}: unknown unit {column.unit!r}; known are s, ms, us, ns")
     if values.dtype == np.float32 and (wrong := _plausible.doubtful_stamps(values)):
         raise ValueError(f"t: {wrong}")
+    bits = wrap_of(values)
+    if bits:
+        assumed.append(f"{column.header!r} starts again after {bits} bits, which was undone")
+        return unwrapped(values, bits) * unit, None
     times, origin = seconds({"t": values}, unit)
     return times["t"], utc(origin) if origin else None
 
@@ -336,7 +345,13 @@ def _wrong(t: FloatArray, clock: Clock) -> str:
 
 def _tell(table: TableData, data: SensorData, quantities: dict[str, list[Column]]) -> None:
     """What was not taken, and what the program is known for."""
-    used = {column.index for columns in quantities.values() for column in columns}
+    # Columns of other sensors of the table are not left out: they are read by the names of those.
+    used = {
+        column.index
+        for one in (quantities, *table.choice.sensors.values())
+        for group in one.values()
+        for column in group
+    }
     clock_names = set(data.meta["columns"].get("t", ()))
     ignored = [
         header

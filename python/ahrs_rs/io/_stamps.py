@@ -78,21 +78,19 @@ def unwrapped(counter: NDArray[Any], bits: int) -> FloatArray:
     return out
 
 
-def counted_times(counter: NDArray[Any], bits: int, rate: float) -> tuple[FloatArray, int]:
-    """Times of packets by their counter, and how many packets are missing between the first and the last.
+def wrap_of(stamps: NDArray[Any]) -> int:
+    """After how many bits (16 or 32) whole numbers of a clock start again, 0 where they do not.
 
-    Parameters
-    ----------
-    counter : (n,) packet numbers that wrap after `bits` bits.
-    rate : packets a second, Hz.
-
-    Returns
-    -------
-    t : (n,) s, 0 at the first packet; a lost packet is a longer step.
-    lost : int
+    A clock that wraps falls from the end of its range to the beginning, by nearly all of it, and no number is beyond. A
+    device that was switched off and on is told from it where more than a twentieth of the range is missing between.
     """
-    count = unwrapped(counter, bits)
-    known = count[np.isfinite(count)]
-    first = known[0] if known.size else 0.0
-    lost = int(known.max() - known.min()) + 1 - len(np.unique(known)) if known.size else 0
-    return (count - first) / rate, lost
+    known = stamps[np.isfinite(stamps)] if stamps.dtype.kind == "f" else stamps
+    if len(known) < 2 or not (known[1:] < known[:-1]).any() or known.min() < 0 or not np.array_equal(known, known // 1):
+        return 0
+    steps = np.diff(known.astype(np.float64))
+    for bits in (16, 32):
+        size = float(2**bits)
+        falls = steps[steps < -0.5 * size]
+        if known.max() < size and falls.size and falls.max() < -0.95 * size:
+            return bits
+    return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -15,11 +16,14 @@ from . import _preamble, _text
 from ._columns import Choice, choose
 from ._contents import Options, SensorData, SensorInfo, one_line, require
 from ._names import Column, quantity_of_name
+from ._npz import before
 from ._preamble import Layout
 from ._profiles import Profile, adapter, profile_of
 from ._rows import TableData, require_sensor, sensor_data
 from ._source import Source
 
+#: Under this key the metadata of a Parquet file has `Recording.meta` and the rate.
+META = "ahrs_rs"
 #: A number of so many digits is beyond what a float64 tells apart.
 LONG_DIGITS = 16
 #: What is longer is no name with a unit in brackets.
@@ -162,6 +166,7 @@ def load_parquet(source: Source, options: Options) -> dict[str, SensorData]:
             wanted = [*choice.columns(), *(one for one in (rate_column, mark) if one is not None)]
             names = list(dict.fromkeys(headers[column.index].partition("\0")[0] for column in wanted))
             arrow = file.read(columns=names)
+            saved = _saved_meta(schema.metadata or {})
             values = {column.index: _column_of(arrow, headers[column.index]) for column in wanted}
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"is not a readable Parquet file: {one_line(error)}") from error
@@ -174,7 +179,21 @@ def load_parquet(source: Source, options: Options) -> dict[str, SensorData]:
         rate_column=rate_column,
         mark=mark,
     )
-    return sensor_data(table)
+    found = sensor_data(table)
+    if saved:  # what Recording.save wrote has one sensor
+        data = next(iter(found.values()))
+        data.rate = saved.pop("rate", None)
+        data.meta = {**saved, **data.meta}
+    return found
+
+
+def _saved_meta(metadata: Mapping[bytes, bytes]) -> dict[str, Any]:
+    """The rate and the meta that `Recording.save` put into a Parquet file."""
+    try:
+        saved = json.loads(metadata.get(META.encode(), b"null"))
+    except ValueError:
+        return {}
+    return before(saved) if isinstance(saved, dict) else {}
 
 
 def understood_names(columns: Sequence[tuple[str, int]], options: Options) -> tuple[Choice, Profile | None, list[str]]:

@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
+from .._plausible import GRAVITY
+
 DEGREE = np.pi / 180.0
 
 
@@ -128,8 +128,16 @@ def unit_key(unit: str) -> str:
 
 
 def is_unit(quantity: str, unit: str) -> bool:
-    """Whether the quantity has such a unit."""
-    return unit_key(unit) in UNITS.get(quantity, {})
+    """Whether the quantity has such a unit, or a multiple of one."""
+    return unit_key(_multiple(unit)[1]) in UNITS.get(quantity, {})
+
+
+def _multiple(unit: str) -> tuple[float, str]:
+    """The number before a unit (0.1 deg/s) and the unit; 1 where there is none."""
+    found = re.fullmatch(r"\s*(\d*\.\d+|\d+\.?)(?:[eE]([-+]?\d+))?\s*[*·x]?\s+(\D.*)", unit)
+    if found is None:
+        return 1.0, unit
+    return float(f"{found[1]}e{found[2] or 0}"), found[3]
 
 
 #: How a unit is written that a name holds without signs (acc_x_m_s2).
@@ -160,6 +168,8 @@ def conversion(quantity: str, unit: str) -> tuple[float, float]:
     if quantity not in UNITS:
         raise ValueError(f"units: expected quantities among {', '.join(UNITS)}, got {quantity!r}")
     known = UNITS[quantity]
-    if not isinstance(unit, str) or unit_key(unit) not in known:
+    number, single = _multiple(unit) if isinstance(unit, str) else (1.0, "")
+    if unit_key(single) not in known or not 0.0 < number < np.inf:
         raise ValueError(f"units: unknown unit {unit!r} of {quantity}; known are {', '.join(sorted(known))}")
-    return known[unit_key(unit)]
+    factor, offset = known[unit_key(single)]
+    return number * factor, offset

@@ -15,7 +15,7 @@ PHRASES: dict[str, tuple[tuple[str, ...], ...]] = {
         "gyr": """
             gyr | gyro | gyros | gyroscope | gyrometer | angular velocity | angular rate | angular speed |
             angvel | ang vel | rotation rate | rot rate | rate of turn | turn rate | rotationrate |
-            angularvelocity | angular vel | omega | imugyro | gyroscopes | body rate | gyro rate | rotation
+            angularvelocity | angular vel | omega | imugyro | gyroscopes | body rate | gyro rate | rotation | rate
         """,
         "acc": """
             acc | accel | acce | accelerometer | acceleration | specific force | specificforce | accelerometers
@@ -23,15 +23,15 @@ PHRASES: dict[str, tuple[tuple[str, ...], ...]] = {
             accelerometer acceleration | alpha | g force | gforce
         """,
         "linear_acceleration": """
-            linear acceleration | linear accel | linear acc | lin acc | linacc | lin accel | user acceleration |
-            user acc | user accel | linearacceleration | linear accelerometer | acceleration without gravity |
+            linear acceleration | linear accel | linear acc | lin acc | linacc | linacce | lin accel | user acceleration
+            | user acc | user accel | linearacceleration | linear accelerometer | acceleration without gravity |
             free acceleration | free acc | lia | world linear acceleration | dynamic acceleration
         """,
         "gravity": """
             gravity | grav | gravity vector | grv
         """,
         "mag": """
-            mag | magn | magneto | magnetometer | magnetic field | magnetic | magfield | mag field |
+            mag | magn | magnet | magneto | magnetometer | magnetic field | magnetic | magfield | mag field |
             magneticfield | compass | magnetometers
         """,
         "quat": """
@@ -69,10 +69,11 @@ TIMES = frozenset(
         logging time | loggingtime | timestamp sensor | sampletimefine | sample time fine | timestamp device
         | time since reboot | motion timestamp since reboot | timestamp since reboot | accelerometer
         timestamp since reboot | gyro timestamp since reboot | record time | log time | time of day |
-        timeofday | message time | publish time | server time | time of validity | tow | gps tow |
-        elapsedtime | runtime | run time | uptime | up time | sampletime | timestamp ms | timestamp us |
-        timestamp ns | since start | time since start | recording timestamp | receive time | received |
-        arrival time | relative time | time relative | time delta | abs time
+        timeofday | message time | publish time | server time | time of validity | tow | gps tow | time of week | gps
+        time of week | gps timeof week | itow | time itow | gpsitow | elapsedtime | runtime | run time | uptime | up
+        time | sampletime | timestamp ms | timestamp us | timestamp ns | since start | time since start | recording
+        timestamp | receive time | received | received time | reception time | arrival time | relative time | time
+        relative | time delta | abs time
         """
     )
 )
