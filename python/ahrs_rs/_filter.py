@@ -337,8 +337,9 @@ def _rebuild(
     """The pickled filter; its state is checked as any other one."""
     made = cls(**keywords)
     if snapshot is not None:
-        fields = (cls.NAME, made.dtype.name, made._settings, *snapshot)
-        made.restore(State(*fields, version=cast(int, version)))
+        variables, last_t, samples = snapshot
+        own = (cls.NAME, made.dtype.name, made._settings)
+        made.restore(State(*own, tuple(variables), last_t, samples, cast(int, version)))
     return made
 
 
