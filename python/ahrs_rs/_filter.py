@@ -329,14 +329,18 @@ class Filter(_native.NativeFilter):
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, (type(self), self._keywords(), self.state() if self.STREAMING else None)
+        return _rebuild, (type(self), self._keywords(), self._snapshot() if self.STREAMING else None, State.VERSION)
 
 
-def _rebuild(cls: type[Filter], keywords: dict[str, Any], state: State | None) -> Filter:
-    """The pickled filter."""
+def _rebuild(
+    cls: type[Filter], keywords: dict[str, Any], snapshot: Snapshot | None, version: int | None = None
+) -> Filter:
+    """The pickled filter; its state is checked as any other one."""
     made = cls(**keywords)
-    if state is not None:
-        made.restore(state)
+    if snapshot is not None:
+        variables, last_t, samples = snapshot
+        own = (cls.NAME, made.dtype.name, made._settings)
+        made.restore(State(*own, tuple(variables), last_t, samples, cast(int, version)))
     return made
 
 

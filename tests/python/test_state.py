@@ -209,17 +209,25 @@ def test_a_state_with_another_number_of_variables_is_refused(count: int) -> None
         f.restore(state)
 
 
+def place_of(quat: np.ndarray, state: ar.State) -> int:
+    """Where the attitude stands among the variables, for the last time: the filter's own comes before."""
+    variables = np.array(state.variables)
+    found = [k for k in range(len(variables) - 3) if np.array_equal(variables[k : k + 4], quat)]
+    assert found
+    return found[-1]
+
+
 @pytest.mark.parametrize("dtype", DTYPES)
 @each_case
 def test_a_state_whose_attitude_is_no_unit_quaternion_is_refused(case: Case, dtype: type) -> None:
     f = case.make(rate=RATE, dtype=dtype)
     signals = motion(10, 3).astype(dtype)
-    state = f.run(*signals.sensors()).state
-    # The last variables are angular rate, attitude and six flags.
+    est = f.run(*signals.sensors())
+    place = place_of(est.quat[-1], est.state)
     for factor in (0.0, 0.9, 2.0):
-        variables = list(state.variables)
-        variables[-10:-6] = [factor * x for x in variables[-10:-6]]
-        wrong = dataclasses.replace(state, variables=tuple(variables))
+        variables = list(est.state.variables)
+        variables[place : place + 4] = [factor * x for x in variables[place : place + 4]]
+        wrong = dataclasses.replace(est.state, variables=tuple(variables))
         with pytest.raises(ValueError, match=r"state: expected attitudes of unit norm, got \["):
             f.restore(wrong)
         with pytest.raises(ValueError, match="state: expected attitudes of unit norm"):
@@ -229,9 +237,40 @@ def test_a_state_whose_attitude_is_no_unit_quaternion_is_refused(case: Case, dty
 def test_a_pickled_filter_is_checked_as_its_state_is() -> None:
     f = ar.Mahony(rate=RATE)
     f.update([0.0, 0.0, 0.1], [0.0, 0.0, 9.8])
-    rebuild, (cls, keywords, state) = f.__reduce__()
-    assert rebuild(cls, keywords, state).state() == f.state()
+    rebuild, (cls, keywords, snapshot, version) = f.__reduce__()
+    assert rebuild(cls, keywords, snapshot, version).state() == f.state()
     with pytest.raises(ValueError, match="variables: expected numbers up to"):
-        rebuild(cls, keywords, forced(state, variables=(math.nan,) * 20))
-    with pytest.raises(ValueError, match="state: expected a State"):
-        rebuild(cls, keywords, ([math.nan] * 20, None, 0))
+        rebuild(cls, keywords, ([math.nan] * len(snapshot[0]), None, 0), version)
+    with pytest.raises(ValueError, match="got none: it is of an earlier version of ahrs_rs"):
+        rebuild(cls, keywords, snapshot)
+
+
+#: What may stand in a state that somebody else wrote, within the range that is taken.
+HOSTILE = [0.0, -0.0, 1.0, -1.0, 1e18, -1e18, 1e10, -1e10, 1e-300, 5e-324, 0.5, 2.0]
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@each_case
+def test_whatever_a_state_holds_it_is_refused_or_every_attitude_is_a_unit_quaternion(case: Case, dtype: type) -> None:
+    rng = np.random.default_rng(1)
+    f = case.make(rate=RATE, dtype=dtype)
+    signals = motion(60, 3).astype(dtype)
+    est = f.run(*signals.sensors())
+    state, place = est.state, place_of(est.quat[-1], est.state)
+    others = np.delete(np.arange(len(state.variables)), range(place, place + 4))
+    taken = 0
+    for trial in range(30):
+        variables = list(state.variables)
+        count = len(others) if trial == 0 else int(rng.integers(1, 6))
+        for index in rng.choice(others, size=count, replace=False):
+            variables[index] = float(dtype(rng.choice(HOSTILE)))
+        try:
+            est = f.run(*signals.sensors(), state=dataclasses.replace(state, variables=tuple(variables)))
+        except ValueError:
+            continue
+        taken += 1
+        norm2 = (est.quat.astype(np.float64) ** 2).sum(axis=1)
+        # Norms are kept to some roundings, and given ones to 1e-5.
+        assert np.abs(norm2 - 1.0).max() < 2e-5
+        assert est.gyr_bias is None or np.isfinite(est.gyr_bias).all()
+    assert taken, "every state was refused: nothing was tried"
