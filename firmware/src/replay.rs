@@ -66,7 +66,7 @@ where
         for number in [q.w, q.x, q.y, q.z, bias.x, bias.y, bias.z] {
             hash.add(&number.to_bits().to_le_bytes());
         }
-        hash.add(&[output.flags.bits(0)]);
+        hash.add(&output.flags.bits(0).to_le_bytes());
     }
     Ok(Report { hash: hash.0, quat: estimator.quat(), stack: stack.most(), state: size_of::<Estimator<f32, F>>() })
 }

@@ -21,6 +21,12 @@ pub struct Interval<S> {
     prompt: bool,
 }
 
+impl<S: Scalar> Default for Interval<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Scalar> Interval<S> {
     /// Before the first measurement.
     pub fn new() -> Self {

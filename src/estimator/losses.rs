@@ -28,6 +28,10 @@ const AT_RANGE: f64 = 0.995;
 pub struct Losses<S> {
     /// The longest usual step in s; zero before the first one.
     longest: S,
+    /// The largest rate that the gyroscope's axes show; zero where it is not known.
+    gyr_range: S,
+    /// True where it is known in any lane.
+    has_range: bool,
     /// The largest angular rate squared.
     range2: S,
     /// How long the loss goes on, in s, and the variance in rad² that it has left so far.
@@ -50,11 +54,29 @@ pub struct Loss<S: Scalar> {
     pub total: S,
 }
 
+impl<S: Scalar> Default for Losses<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Scalar> Losses<S> {
     /// Before the first step.
     pub fn new() -> Self {
         let o = S::zero();
-        Losses { longest: o, range2: o, time: o, variance: o, idle: true }
+        Losses { longest: o, gyr_range: o, has_range: false, range2: o, time: o, variance: o, idle: true }
+    }
+
+    /// The same with the largest rate in rad/s that an axis of the gyroscope shows.
+    #[must_use]
+    pub fn with_gyr_range(self, gyr_range: S) -> Self {
+        Losses { gyr_range, has_range: S::zero().lt(gyr_range).any(), ..self }
+    }
+
+    /// Where a rate is within the gyroscope's range.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn is_within_range(&self, rate: Vec3<S>) -> S::Mask {
+        if self.has_range { within_range(rate, self.gyr_range) } else { S::Mask::splat(true) }
     }
 
     /// The longest usual step in s; zero before the first one.
@@ -63,24 +85,37 @@ impl<S: Scalar> Losses<S> {
         self.longest
     }
 
-    /// Goes on by a step whose rate of squared norm `rate2` is `known` or not. None where nothing is lost in any lane.
+    /// Where a step is much longer than usual.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn see(&mut self, known: S::Mask, rate2: S, dt: S) -> Option<Loss<S>> {
+    pub fn is_gap(&self, dt: S) -> S::Mask {
+        S::zero().lt(self.longest) & (S::of(GAP) * self.longest).lt(dt)
+    }
+
+    /// True where no loss goes on in any lane.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn is_idle(&self) -> bool {
+        self.idle
+    }
+
+    /// Goes on by a step that loses nothing, and is none after a loss, in any lane; its rate has the squared norm `rate2`.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn pass(&mut self, rate2: S, dt: S) {
         // In this order a NaN leaves the largest rate as it is.
-        let range2 = rate2.max(self.range2);
-        let undisturbed = self.idle && known.all();
-        if undisturbed && (self.longest.le(dt) & dt.le(self.longest)).all() {
-            self.range2 = range2;
-            return None;
+        self.range2 = rate2.max(self.range2);
+        if (self.longest.le(dt) & dt.le(self.longest)).all() {
+            return;
         }
-        let gap = S::zero().lt(self.longest) & (S::of(GAP) * self.longest).lt(dt);
+        let moves = S::zero().lt(dt);
+        self.longest = S::select(moves, dt.max(self.longest * S::of(SHORTENING)), self.longest);
+    }
+
+    /// Goes on by a step whose rate of squared norm `rate2` is `known` or not.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn lose(&mut self, known: S::Mask, rate2: S, dt: S) -> Loss<S> {
+        let range2 = rate2.max(self.range2);
+        let gap = self.is_gap(dt);
         let moves = S::zero().lt(dt);
         let longer = dt.max(self.longest * S::of(SHORTENING));
-        if undisturbed && !gap.any() {
-            self.range2 = range2;
-            self.longest = S::select(moves, longer, self.longest);
-            return None;
-        }
         self.range2 = S::select(known, range2, self.range2);
         let zero = S::zero();
         let beyond = S::select(gap & known, dt - self.longest, zero);
@@ -99,7 +134,7 @@ impl<S: Scalar> Losses<S> {
         let added = S::select(lost, (total - self.variance).max(zero), zero);
         self.variance = total;
         self.idle = !zero.lt(self.time).any();
-        Some(Loss { gap, lost, added, total })
+        Loss { gap, lost, added, total }
     }
 
     /// Calls `visit` for each variable.
@@ -113,7 +148,7 @@ impl<S: Scalar> Losses<S> {
 
 /// Where no component of an angular rate is at the end of the range; everywhere where the range is zero, that is, not known.
 #[cfg_attr(not(debug_assertions), inline(always))]
-pub fn within_range<S: Scalar>(rate: Vec3<S>, range: S) -> S::Mask {
+fn within_range<S: Scalar>(rate: Vec3<S>, range: S) -> S::Mask {
     let limit = S::of(AT_RANGE) * range;
     range.le(S::zero()) | (rate.x.abs().lt(limit) & rate.y.abs().lt(limit) & rate.z.abs().lt(limit))
 }

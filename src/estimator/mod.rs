@@ -1,11 +1,15 @@
 //! The rules that hold for every filter: start, missing data, losses, frames, sign and snapshots.
 //!
 //! - [`settings`]: what the user chooses; [`reading`]: what the rows say before any state is known;
+//! - [`intake`]: what is missing, held or repeated, with [`intervals`], [`repeats`]: the time that a measurement stands for, and
+//!   rows that are none;
 //! - [`alignment`]: the attitude that one sample shows;
-//! - [`intervals`], [`repeats`]: the time that a measurement stands for, and rows that are none;
-//! - [`losses`], [`recovery`]: rotations that nobody saw, and how the attitude is found again.
+//! - [`attention`]: what a step does before it where something was lost, with [`losses`], [`recovery`], [`monitor`]: rotations that
+//!   nobody saw, how the attitude is found again, and whether it is lost without having been told.
 
 pub mod alignment;
+mod attention;
+mod intake;
 pub mod intervals;
 pub mod losses;
 mod monitor;
@@ -14,31 +18,24 @@ mod recovery;
 mod repeats;
 pub mod settings;
 
-use crate::filter::Magnetometer;
 use crate::filter::{Filter, Sample};
-use crate::filters::kalman::UNKNOWN_ANGLE;
-use crate::scalar::{Mask, Real, Scalar};
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Frame, Quat, Vec3};
 use crate::status::Flags;
 
 use alignment::turn_about_up;
 pub use alignment::{headed_by, inclined_by};
-use intervals::Interval;
-use losses::{Losses, within_range};
+use attention::Attended;
+use intake::{Intake, Taken, visit_flag};
+use losses::Losses;
 use monitor::Monitor;
 use reading::{Measured, Reading};
 use recovery::Recovery;
-use repeats::{Last, same};
 pub use settings::{GyrHold, Repeated, Settings};
 
 /// The longest step in s that a filter is given; a longer gap counts as this long, so that no product of a gain and
 /// a gap is beyond the range of `f32`.
 pub const LONGEST_STEP: f64 = 1.0e6;
-
-/// The cosine of half the angle (20°) from which on a filter with a covariance has not found the attitude again by itself.
-const NEAR_BY_ITSELF: f64 = 0.984807753012208;
-/// The same (8.8°) from which on another filter has not: twice the deviation of the mean in motion.
-const NEAR: f64 = 0.997075181;
 
 impl Settings {
     /// The rotation from east-north-up to the chosen frame; `from_magnetic` where north is the magnetic one there.
@@ -67,7 +64,6 @@ pub struct Output<S: Scalar> {
 pub struct Estimator<S: Scalar, F> {
     filter: F,
     frame: Frame,
-    gyr_hold: GyrHold,
     /// False where the output is in the filter's own frame.
     turns_output: bool,
     /// The rotations from the filter's frame to the chosen one: where its north is that of the chosen frame, and where it
@@ -77,8 +73,7 @@ pub struct Estimator<S: Scalar, F> {
     declined: bool,
     /// Half the angle from magnetic to true north in rad, in the scalar: a step computes in nothing else.
     half_turn_north: S,
-    /// The last angular rate that was measured.
-    rate: Vec3<S>,
+    intake: Intake<S>,
     /// The last output, whose sign the next one continues.
     quat: Quat<S>,
     /// Set where a sample has come.
@@ -89,25 +84,13 @@ pub struct Estimator<S: Scalar, F> {
     headed: S::Mask,
     /// Set where the filter's north is the magnetic one.
     magnetic: S::Mask,
-    /// Set where an accelerometer has been given.
-    acc_seen: S::Mask,
-    /// Set where a magnetometer has been given.
-    mag_seen: S::Mask,
-    /// The times that measurements stand for.
-    acc_interval: Interval<S>,
-    mag_interval: Interval<S>,
-    /// What a repeated row is, and the last rows of the sensors where that matters.
-    repeated: Repeated,
-    last_acc: Last<S>,
-    last_mag: Last<S>,
-    /// The largest rate of the gyroscope's axes; zero where it is not known.
-    gyr_range: S,
-    has_range: bool,
     losses: Losses<S>,
     recovery: Recovery<S>,
     /// True where a recovery goes on in any lane.
     recovers: bool,
     monitor: Monitor<S>,
+    /// What was done for the step to come.
+    attended: Option<Attended<S>>,
 }
 
 impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
@@ -123,30 +106,21 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         let new = Estimator {
             filter,
             frame: settings.frame,
-            gyr_hold: settings.gyr_hold,
+            intake: Intake::new(&settings),
             turns_output: settings.frame != Frame::Enu,
             rotations: [frame, frame],
             declined: false,
             half_turn_north: S::zero(),
-            rate: Vec3::zero(),
             quat: Quat::identity(),
             started: no,
             inclined: no,
             headed: no,
             magnetic: no,
-            acc_seen: no,
-            mag_seen: no,
-            acc_interval: Interval::new(),
-            mag_interval: Interval::new(),
-            repeated: settings.repeated,
-            last_acc: Last::new(),
-            last_mag: Last::new(),
-            gyr_range: S::zero(),
-            has_range: false,
             losses: Losses::new(),
             recovery: Recovery::new(),
             recovers: false,
             monitor: Monitor::new(),
+            attended: None,
         };
         new.with_declination(S::of(settings.declination)).with_gyr_range(S::of(settings.gyr_range))
     }
@@ -169,8 +143,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// The same with the largest rate in rad/s that an axis of the gyroscope shows, in the scalar: of a new estimator.
     #[must_use]
     pub fn with_gyr_range(mut self, gyr_range: S) -> Self {
-        self.gyr_range = gyr_range;
-        self.has_range = S::zero().lt(gyr_range).any();
+        self.losses = self.losses.with_gyr_range(gyr_range);
         self
     }
 
@@ -194,79 +167,47 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// [`Estimator::step`] with a reading that was computed before.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn take(&mut self, reading: &Reading<S>, dt: S) -> Output<S> {
+        if self.needs_attention(reading, dt) {
+            self.attend_apart(reading, dt);
+        }
+        self.go_on(reading, dt)
+    }
+
+    /// Goes on to a reading that needs no attention, or has had it: [`Estimator::take`] in two parts, for loops that take what is
+    /// rare out of what is done for every sample.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn go_on(&mut self, reading: &Reading<S>, dt: S) -> Output<S> {
         let mut flags = Flags::none();
-        // Without a given attitude the first sample aligns, and nothing turns.
-        let fresh = self.is_fresh();
-        let mut dt = dt.max(S::zero()).min(S::of(LONGEST_STEP));
-        if !F::STARTS_ITSELF && fresh.any() {
-            dt = S::select(fresh, S::zero(), dt);
-        }
-
-        let (mut acc, mut mag) = (given(reading.acc, &mut self.acc_seen), given(reading.mag, &mut self.mag_seen));
-        if self.repeated == Repeated::Missing {
-            self.leave_out_repeated(reading, [&mut acc, &mut mag], dt, &mut flags);
-        }
-        flags.acc_missing = self.acc_seen & !acc.valid;
-        flags.mag_missing = self.mag_seen & !mag.valid;
-        let gyr = self.angular_rate(reading, dt, &mut flags);
-        // A sensor that was never given has no intervals.
+        let dt = self.usable_step(dt);
         let longest = self.losses.longest();
-        let mut prompt = true;
-        if self.acc_seen.any() {
-            prompt = self.acc_interval.is_prompt();
-            acc.interval = self.acc_interval.step(acc.valid, dt, longest);
-        }
-        if self.mag_seen.any() {
-            prompt &= self.mag_interval.is_prompt();
-            mag.interval = self.mag_interval.step(mag.valid, dt, longest);
-        }
-
-        self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
-        if self.frame == Frame::Ned {
-            self.turn_upside_down(&acc);
-        }
+        let Taken { gyr, acc, mag, prompt } = self.intake.take(reading, self.started, longest, dt, &mut flags);
+        self.turn_frame(&acc, &mag);
         // What aligns is no measurement for the filter, unless it starts by itself.
-        let (use_acc, use_mag) =
-            if F::STARTS_ITSELF { (acc.valid, self.inclined | acc.valid) } else { (self.inclined, self.headed) };
-        let mut known = !flags.gyr_held;
-        if self.has_range {
-            known = known & within_range(gyr, self.gyr_range);
-        }
-        let loss = self.losses.see(known, reading.gyr_norm2, dt);
-        let mut lost = S::Mask::splat(false);
-        if let Some(loss) = &loss {
-            (flags.gap, lost) = (loss.gap, loss.lost);
-            self.filter.lose_rotation(lost, loss.added);
-            self.recovery = self.recovery.lose(lost & self.inclined, loss.total);
-            self.recovers = self.recovery.active().any();
-        }
-        let recovering = if self.recovers { self.recovery.active() } else { S::Mask::splat(false) };
+        let [use_acc, use_mag] = self.used(&acc);
         let mut sample = Sample {
             gyr,
             acc: Measured { valid: acc.valid & use_acc, ..acc },
             mag: Measured { valid: mag.valid & use_mag, ..mag },
-            lost,
-            recovering,
-            prompt: true,
+            lost: S::Mask::splat(false),
+            recovering: S::Mask::splat(false),
+            prompt,
         };
-        // Where both sensors have always been as fast as the gyroscope there is nothing to compare.
-        let [acc_whole, mag_whole] =
-            [(reading.acc, acc.valid), (reading.mag, mag.valid)].map(|(given, valid)| given.is_none() || valid.all());
-        if !(prompt && acc_whole && mag_whole) {
+        if let Some(attended) = self.attended.take() {
+            (flags.gap, sample.lost, sample.recovering) = (attended.gap, attended.lost, attended.recovering);
+        } else {
+            self.losses.pass(reading.gyr_norm2, dt);
+            if F::WATCHED {
+                self.monitor.wait(dt);
+            }
+        }
+        if !prompt {
             sample.prompt = !sample.late(dt).any();
         }
         self.filter.step(&sample, dt);
         self.filter.flag(&mut flags);
         self.align(&acc, &mag);
-        if self.recovers && self.filter.is_realigned() {
-            flags.recovering = flags.recovering | recovering;
-            self.recover(!lost, &sample, dt);
-        }
-        if F::WATCHED {
-            let due = self.monitor.is_due(&sample, dt) & self.inclined;
-            if due.any() {
-                self.watch(due, &sample, &mut flags);
-            }
+        if self.recovers {
+            flags.recovering = flags.recovering | self.recovery.active();
         }
         flags.not_aligned = !self.inclined;
 
@@ -279,6 +220,20 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         Output { quat: self.quat, flags }
     }
 
+    /// The step that a filter is given. Without a given attitude the first sample aligns, and nothing turns.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn usable_step(&self, dt: S) -> S {
+        let dt = dt.max(S::zero()).min(S::of(LONGEST_STEP));
+        let fresh = self.is_fresh();
+        if !F::STARTS_ITSELF && fresh.any() { S::select(fresh, S::zero(), dt) } else { dt }
+    }
+
+    /// Where the filter is to use accelerometer and magnetometer, if they are valid.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn used(&self, acc: &Measured<S>) -> [S::Mask; 2] {
+        if F::STARTS_ITSELF { [acc.valid, self.inclined | acc.valid] } else { [self.inclined, self.headed] }
+    }
+
     /// The attitude with the sign that continues the last output's; at the start with w ≥ 0.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn continued(&self, quat: Quat<S>) -> Quat<S> {
@@ -288,30 +243,6 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         }
         let turned = reference.lt(S::zero());
         if turned.any() { Quat::select(turned, -quat, quat) } else { quat }
-    }
-
-    /// The angular rate to integrate: the measured one, or the last one where it is missing or too large to turn by.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn angular_rate(&mut self, reading: &Reading<S>, dt: S, flags: &mut Flags<S::Mask>) -> Vec3<S> {
-        let half_dt = S::of(0.5) * dt;
-        let gyr = reading.gyr;
-        let valid = can_turn(reading.gyr_norm2, half_dt);
-        flags.gyr_held = !valid;
-        let last = self.rate;
-        let linear = self.gyr_hold == GyrHold::Linear;
-        if valid.all() && !linear {
-            self.rate = gyr;
-            return gyr;
-        }
-        self.rate = Vec3::select(valid, gyr, last);
-        let mut rate = self.rate;
-        if linear {
-            rate = Vec3::select(self.started, (last + rate) * S::of(0.5), rate);
-        }
-        // What is too large for this step is left out of it, and kept for the next one.
-        let turned = can_turn(rate.norm2(), half_dt);
-        flags.gyr_held = flags.gyr_held | !turned;
-        Vec3::select(turned, rate, Vec3::zero())
     }
 
     /// Sets what is not known yet of inclination and heading; a filter that starts by itself has done so.
@@ -333,6 +264,15 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             }
             self.headed = self.headed | head;
             self.magnetic = self.magnetic | head;
+        }
+    }
+
+    /// What the first measurements change of the frame that the attitude is in.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn turn_frame(&mut self, acc: &Measured<S>, mag: &Measured<S>) {
+        self.turn_to_magnetic_north(mag.valid & self.inclined & self.headed);
+        if self.frame == Frame::Ned {
+            self.turn_upside_down(acc);
         }
     }
 
@@ -361,75 +301,6 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
                 self.filter.set_attitude(over, Quat::of([0.0, 0.0, 1.0, 0.0]) * q);
             }
         }
-    }
-
-    /// Goes on with a recovery by a sample where the mask is true, and aligns the attitude where there have been enough.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn recover(&mut self, lanes: S::Mask, sample: &Sample<S>, dt: S) {
-        let (recovery, ready) = self.recovery.step(lanes, *sample, sample.gyr - self.filter.gyr_bias(), dt);
-        self.recovery = recovery;
-        if ready.any() {
-            let q = self.filter.attitude();
-            let uses_field = F::SPEC.magnetometer == Magnetometer::Feedback;
-            let (aligned, headed) = self.recovery.aligned(q, uses_field);
-            // In motion an attitude that is as close to the mean as that may be wrong is left alone; and that of a filter that
-            // knows how sure it is, unless it was too far away for a linear model, or what is seen at rest is better.
-            let quiet = self.recovery.is_quiet();
-            let near = S::of(if F::HAS_COVARIANCE { NEAR_BY_ITSELF } else { NEAR });
-            let sure = if F::HAS_COVARIANCE { quiet & self.recovery.is_surer() } else { quiet };
-            let set = ready & (sure | q.dot(aligned).abs().lt(near));
-            if uses_field {
-                // Without a field so far, the next sample gives the heading.
-                self.headed = self.headed & (!set | headed | !self.magnetic);
-            }
-            self.filter.realign(set, aligned);
-            if F::HAS_COVARIANCE {
-                // As sure as that is, and no more.
-                self.filter.lose_rotation(set, self.recovery.variance());
-            }
-            self.recovery.end(ready);
-            self.recovers = self.recovery.active().any();
-        }
-    }
-
-    /// Looks whether the attitude is lost without having been told.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn watch(&mut self, due: S::Mask, sample: &Sample<S>, flags: &mut Flags<S::Mask>) {
-        let recovering = self.recovery.active();
-        let (q, bias) = (self.filter.attitude(), self.filter.gyr_bias());
-        let mut sample = *sample;
-        if F::SPEC.magnetometer != Magnetometer::Feedback {
-            sample.mag.valid = S::Mask::splat(false);
-        }
-        let (monitor, lost) = self.monitor.look(due & !recovering, sample, q, self.filter.claimed(), bias);
-        self.monitor = monitor;
-        if (lost | recovering).any() {
-            self.monitor = self.monitor.restart(lost | recovering);
-        }
-        if lost.any() {
-            self.filter.reopen(lost, self.monitor.bias());
-            self.recovery = self.recovery.lose(lost, S::of(UNKNOWN_ANGLE));
-            self.recovers = true;
-            flags.recovering = flags.recovering | lost;
-        }
-    }
-
-    /// Takes rows for missing that repeat the last one of their sensor, while the gyroscope's do not.
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn leave_out_repeated(
-        &mut self,
-        reading: &Reading<S>,
-        [acc, mag]: [&mut Measured<S>; 2],
-        dt: S,
-        flags: &mut Flags<S::Mask>,
-    ) {
-        let moves = self.started & !same(reading.gyr, self.rate);
-        let repeats = self.last_acc.repeats(acc, dt) & moves;
-        acc.valid = acc.valid & !repeats;
-        flags.repeated = repeats;
-        let repeats = self.last_mag.repeats(mag, dt) & moves;
-        mag.valid = mag.valid & !repeats;
-        flags.repeated = flags.repeated | repeats;
     }
 
     /// The rotation from the filter's frame to the chosen one.
@@ -461,48 +332,16 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// Calls `visit` for every variable that the next step depends on: what a snapshot holds.
     pub fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.filter.each_variable(visit);
-        self.rate.each(visit);
+        self.intake.each(visit);
         self.quat.each(visit);
-        self.acc_interval.each(visit);
-        self.mag_interval.each(visit);
-        if self.repeated == Repeated::Missing {
-            self.last_acc.each(visit);
-            self.last_mag.each(visit);
-        }
         self.losses.each(visit);
         self.recovery.each(visit);
         self.recovers = self.recovery.active().any();
         if F::WATCHED {
             self.monitor.each(visit);
         }
-        for flag in [
-            &mut self.started,
-            &mut self.inclined,
-            &mut self.headed,
-            &mut self.magnetic,
-            &mut self.acc_seen,
-            &mut self.mag_seen,
-        ] {
-            let mut number = S::select(*flag, S::one(), S::zero());
-            visit(&mut number);
-            *flag = S::of(0.5).lt(number);
+        for flag in [&mut self.started, &mut self.inclined, &mut self.headed, &mut self.magnetic] {
+            visit_flag::<S>(flag, visit);
         }
     }
-}
-
-/// Where an angular rate of this squared norm is a number, and half its turn an angle that has a sine.
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn can_turn<S: Scalar>(norm2: S, half_dt: S) -> S::Mask {
-    let range = S::of(S::Real::ANGLE_RANGE);
-    norm2.le(S::splat(S::Real::MAX)) & (norm2 * half_dt * half_dt).le(range * range)
-}
-
-/// The measurement of a sensor that may not be there, and whether it was ever given.
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn given<S: Scalar>(measured: Option<Measured<S>>, seen: &mut S::Mask) -> Measured<S> {
-    let (zero, no, yes) = (Vec3::zero(), S::Mask::splat(false), S::Mask::splat(true));
-    if measured.is_some() {
-        *seen = yes;
-    }
-    measured.unwrap_or(Measured { value: zero, unit: zero, valid: no, interval: S::zero() })
 }

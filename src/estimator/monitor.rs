@@ -87,11 +87,16 @@ impl<S: Scalar> Monitor<S> {
         self.bias
     }
 
-    /// Counts the time; true where it is time to look at the force.
+    /// Where a step leads to the time to look at the force.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn is_due(&mut self, sample: &Sample<S>, dt: S) -> S::Mask {
+    pub fn is_due(&self, dt: S) -> S::Mask {
+        S::of(LOOK).le(self.since_acc + dt)
+    }
+
+    /// Counts the time of a step.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn wait(&mut self, dt: S) {
         self.since_acc = self.since_acc + dt;
-        sample.acc.valid & S::of(LOOK).le(self.since_acc)
     }
 
     /// Starts anew where the mask is true, but for what is known of the field.
@@ -110,17 +115,10 @@ impl<S: Scalar> Monitor<S> {
 
     /// Looks at a sample where the mask is true. `q` is the attitude, `claimed` the variances of inclination and heading that the
     /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. Gives where the attitude is lost.
-    #[cold]
-    #[inline(never)]
-    #[must_use]
-    pub fn look(
-        mut self,
-        lanes: S::Mask,
-        sample: Sample<S>,
-        q: Quat<S>,
-        claimed: [S; 2],
-        bias: Vec3<S>,
-    ) -> (Self, S::Mask) {
+    ///
+    /// Inlined, as it is not rare: what is not inlined is slow in lanes.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn look(&mut self, lanes: S::Mask, sample: &Sample<S>, q: Quat<S>, claimed: [S; 2], bias: Vec3<S>) -> S::Mask {
         let (zero, one) = (S::zero(), S::one());
         let r = q.matrix();
         let weight = |time: S, constant: f64| time / (S::of(constant) + time);
@@ -200,7 +198,7 @@ impl<S: Scalar> Monitor<S> {
         self.up = S::select(learns, self.up + slow * (up - self.up), self.up);
         let kept = self.bias + (bias - self.bias) * weight(dt, SLOW);
         self.bias = Vec3::select(sound, kept, self.bias);
-        (self, lost)
+        lost
     }
 
     /// Calls `visit` for each variable.

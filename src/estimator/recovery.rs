@@ -79,12 +79,11 @@ impl<S: Scalar> Recovery<S> {
         self.field = Vec3::select(lanes, Vec3::zero(), self.field);
     }
 
-    /// Takes a sample where the mask is true, `rate` being the angular rate without its bias. Gives where the attitude is to be
-    /// aligned now.
+    /// Takes a sample where the mask is true, `rate` being the angular rate without its bias.
     #[cold]
     #[inline(never)]
     #[must_use]
-    pub fn step(mut self, lanes: S::Mask, sample: Sample<S>, rate: Vec3<S>, dt: S) -> (Self, S::Mask) {
+    pub fn step(mut self, lanes: S::Mask, sample: Sample<S>, rate: Vec3<S>, dt: S) -> Self {
         let (zero, lanes) = (S::zero(), lanes & self.active());
         self.turn = Quat::select(lanes, rotate_by(self.turn, rate, dt), self.turn);
         let (acc, mag) = (&sample.acc, &sample.mag);
@@ -104,12 +103,17 @@ impl<S: Scalar> Recovery<S> {
         let shown = lanes & self.force.norm2().is_normal_norm2();
         self.since = S::select(shown, self.since + dt, self.since);
         self.quiet = S::select(shown, S::select(quiet, self.quiet + dt, zero), self.quiet);
-        let over = S::of(LONGEST_TIME).le(self.since);
-        let surer = self.is_surer();
-        let ready = shown & (self.is_quiet() | (over & surer));
-        // What motion shows is less sure than what is known already.
-        self.unknown = S::select(shown & over & !surer, zero, self.unknown);
-        (self, ready)
+        self
+    }
+
+    /// Where the attitude is to be aligned now, and where the recovery ends without, as what motion shows is less sure than what is
+    /// known already.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn ready(&self) -> [S::Mask; 2] {
+        let active = self.active();
+        let over = active & S::of(LONGEST_TIME).le(self.since);
+        let quiet = active & self.is_quiet();
+        [quiet | (over & self.is_surer()), over & !self.is_surer() & !quiet]
     }
 
     /// Where the readings are those of a quiet sensor.

@@ -133,7 +133,6 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
     fn claimed(&self) -> [S; 2] {
         let p = &self.error.p;
         [p[(0, 0)].max(p[(1, 1)]).max(p[(2, 2)]), S::one()]

@@ -181,7 +181,6 @@ impl<S: Scalar> Filter<S> for EKF<S> {
         self.q = Quat::select(lanes, q, self.q);
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
     /// The covariance of this filter is not one to be watched by: its noises are those of a sensor at rest, in motion it is far
     /// too sure. A gross error is one by any measure.
     fn claimed(&self) -> [S; 2] {

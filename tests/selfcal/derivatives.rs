@@ -55,7 +55,7 @@ fn block_of(start: &State<f64>) -> (Block<f64>, State<f64>) {
         let turning = rate + state.misaligned(rate);
         state.q = rotate_by(state.q, turning, dt);
         let r = state.q.matrix();
-        block.turns(r, gyr, rate, turning, dt);
+        block.turns(r, gyr, rate, turning, [dt, dt]);
         block.pushes(true, r, Vec3::new(3.0, -1.0 + 20.0 * t, 9.0), &state, dt);
         block.points(true, r, Vec3::new(0.3, -0.5, 0.8), turning, state.mean[DELAY]);
     }

@@ -1,11 +1,11 @@
 //! A filter in lanes: as many recordings, or parameter sets, as a vector register has numbers.
 
 use ahrs_rs::params::{ParamError, ParamSet};
-use ahrs_rs::{Estimator, Filter, Mask, Quat, Scalar, Settings, Vec3};
+use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Scalar, Settings, Vec3};
 
 use crate::Number;
 use crate::metric::{Metric, Sums};
-use crate::prefetch::PrefetchPlan;
+use crate::prefetch::{PrefetchPlan, Prefetcher};
 use crate::simd::{Instructions, Kernel, Vector};
 use crate::transpose::{deinterleave, interleave};
 
@@ -92,7 +92,22 @@ where
     }
 
     fn run(&mut self, rows: &mut Rows<'_, T>) {
-        self.instructions.run(Steps { estimator: &mut self.estimator, rows });
+        let lanes = I::Vector::LANES;
+        let acc = rows.acc.map_or(usize::MAX, |values| values.len() / (3 * lanes));
+        let mag = rows.mag.map_or(usize::MAX, |values| values.len() / (3 * lanes));
+        let (gyr, dt) = (rows.gyr.len() / (3 * lanes), rows.dt.len() / lanes);
+        let end = gyr.min(dt).min(acc).min(mag).min(rows.quat.len() / (4 * lanes)).min(rows.status.len() / lanes);
+        let mut prefetcher = rows.prefetch.spread_over(end);
+        let (estimator, mut row) = (&mut self.estimator, 0);
+        // What is rare is a kernel of its own, so that it costs the steps nothing.
+        loop {
+            let (prefetcher, at) = (&mut prefetcher, &mut row);
+            self.instructions.run(Steps { estimator, rows, prefetcher, at });
+            if row >= end {
+                return;
+            }
+            self.instructions.run(Attention { estimator, rows, at: row });
+        }
     }
 
     fn interleave(&self, to: &mut [T], from: &[&[T]]) {
@@ -110,55 +125,115 @@ where
     }
 }
 
-struct Steps<'a, 'b, S: Scalar, F> {
-    estimator: &'a mut Estimator<S, F>,
-    rows: &'a mut Rows<'b, S::Real>,
+/// Whether an estimator is small enough to be copied for its steps: a copy of its own can live in registers.
+const fn is_small<E, S>() -> bool {
+    size_of::<E>() <= SMALL * size_of::<S>()
 }
 
-impl<S: Vector, F: Filter<S>> Kernel for Steps<'_, '_, S, F> {
+/// In numbers.
+const SMALL: usize = 128;
+
+/// The steps from a row on, up to the end or to a row that needs attention first.
+struct Steps<'a, 'b, 'c, S: Scalar, F> {
+    estimator: &'a mut Estimator<S, F>,
+    rows: &'a mut Rows<'b, S::Real>,
+    prefetcher: &'a mut Prefetcher<'c>,
+    at: &'a mut usize,
+}
+
+impl<S: Vector, F: Filter<S>> Kernel for Steps<'_, '_, '_, S, F> {
     #[inline(always)]
     fn run(self) {
-        let rows = self.rows;
-        let lanes = S::LANES;
-        let mut acc = rows.acc.map(|values| values.chunks_exact(3 * lanes));
-        let mut mag = rows.mag.map(|values| values.chunks_exact(3 * lanes));
-        let mut gyr_bias = rows.gyr_bias.as_mut().map(|values| values.chunks_exact_mut(3 * lanes));
-        let inputs = rows.gyr.chunks_exact(3 * lanes).zip(rows.dt.chunks_exact(lanes));
-        let outputs = rows.quat.chunks_exact_mut(4 * lanes).zip(rows.status.chunks_exact_mut(lanes));
-        let mut prefetcher = rows.prefetch.spread_over(rows.gyr.len() / (3 * lanes));
-        // A copy of its own can live in registers.
-        let mut this = self.estimator.clone();
-        for ((gyr, dt), (quat, status)) in inputs.zip(outputs) {
-            prefetcher.prefetch_row::<S>();
-            let acc = match acc.as_mut().and_then(Iterator::next) {
-                Some(row) => Some(loaded3(row)),
-                None => None,
-            };
-            let mag = match mag.as_mut().and_then(Iterator::next) {
-                Some(row) => Some(loaded3(row)),
-                None => None,
-            };
-            let output = this.step(loaded3(gyr), acc, mag, S::load(dt));
-            let Quat { w, x, y, z } = output.quat;
-            for (value, to) in [w, x, y, z].into_iter().zip(quat.chunks_exact_mut(lanes)) {
+        if const { is_small::<Estimator<S, F>, S>() } {
+            let mut copy = self.estimator.clone();
+            *self.at = steps(&mut copy, self.rows, self.prefetcher, *self.at);
+            *self.estimator = copy;
+        } else {
+            *self.at = steps(self.estimator, self.rows, self.prefetcher, *self.at);
+        }
+    }
+}
+
+/// Gives the row at which it ended.
+#[inline(always)]
+fn steps<S: Vector, F: Filter<S>>(
+    estimator: &mut Estimator<S, F>,
+    rows: &mut Rows<'_, S::Real>,
+    prefetcher: &mut Prefetcher<'_>,
+    from: usize,
+) -> usize {
+    let lanes = S::LANES;
+    let mut acc = rows.acc.map(|values| rest(values, 3 * lanes, from).chunks_exact(3 * lanes));
+    let mut mag = rows.mag.map(|values| rest(values, 3 * lanes, from).chunks_exact(3 * lanes));
+    let mut gyr_bias =
+        rows.gyr_bias.as_mut().map(|values| rest_mut(values, 3 * lanes, from).chunks_exact_mut(3 * lanes));
+    let gyr = rest(rows.gyr, 3 * lanes, from).chunks_exact(3 * lanes);
+    let dt = rest(rows.dt, lanes, from).chunks_exact(lanes);
+    let quat = rest_mut(rows.quat, 4 * lanes, from).chunks_exact_mut(4 * lanes);
+    let status = rest_mut(rows.status, lanes, from).chunks_exact_mut(lanes);
+    let mut at = from;
+    for ((gyr, dt), (quat, status)) in gyr.zip(dt).zip(quat.zip(status)) {
+        let acc = match acc.as_mut().and_then(Iterator::next) {
+            Some(row) => Some(loaded3(row)),
+            None => None,
+        };
+        let mag = match mag.as_mut().and_then(Iterator::next) {
+            Some(row) => Some(loaded3(row)),
+            None => None,
+        };
+        let (reading, dt) = (Reading::new(loaded3(gyr), acc, mag), S::load(dt));
+        if estimator.needs_attention(&reading, dt) {
+            break;
+        }
+        prefetcher.prefetch_row::<S>();
+        let output = estimator.go_on(&reading, dt);
+        let Quat { w, x, y, z } = output.quat;
+        for (value, to) in [w, x, y, z].into_iter().zip(quat.chunks_exact_mut(lanes)) {
+            value.store(to);
+        }
+        if output.flags.any().any() {
+            for (lane, bits) in status.iter_mut().enumerate() {
+                *bits = output.flags.bits(lane);
+            }
+        } else {
+            status.fill(0);
+        }
+        if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+            let Vec3 { x, y, z } = estimator.filter().gyr_bias();
+            for (value, to) in [x, y, z].into_iter().zip(row.chunks_exact_mut(lanes)) {
                 value.store(to);
             }
-            if output.flags.any().any() {
-                for (lane, bits) in status.iter_mut().enumerate() {
-                    *bits = output.flags.bits(lane);
-                }
-            } else {
-                status.fill(0);
-            }
-            if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
-                let Vec3 { x, y, z } = this.filter().gyr_bias();
-                for (value, to) in [x, y, z].into_iter().zip(row.chunks_exact_mut(lanes)) {
-                    value.store(to);
-                }
-            }
         }
-        *self.estimator = this;
+        at += 1;
     }
+    at
+}
+
+/// What is done before the step of a row.
+struct Attention<'a, 'b, S: Scalar, F> {
+    estimator: &'a mut Estimator<S, F>,
+    rows: &'a Rows<'b, S::Real>,
+    at: usize,
+}
+
+impl<S: Vector, F: Filter<S>> Kernel for Attention<'_, '_, S, F> {
+    #[inline(always)]
+    fn run(self) {
+        let row = |values| loaded3(rest(values, 3 * S::LANES, self.at));
+        let reading = Reading::new(row(self.rows.gyr), self.rows.acc.map(row), self.rows.mag.map(row));
+        self.estimator.attend(&reading, S::load(rest(self.rows.dt, S::LANES, self.at)));
+    }
+}
+
+/// The rows from one on; none where there are fewer.
+#[inline(always)]
+fn rest<T>(values: &[T], width: usize, from: usize) -> &[T] {
+    values.get(width * from..).unwrap_or_default()
+}
+
+#[inline(always)]
+fn rest_mut<T>(values: &mut [T], width: usize, from: usize) -> &mut [T] {
+    values.get_mut(width * from..).unwrap_or_default()
 }
 
 /// A vector in each lane.

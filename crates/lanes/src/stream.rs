@@ -95,32 +95,42 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
         for (_, values) in tile.extra.iter_mut() {
             values.clear();
         }
-        let mut out = tile.quat.iter_mut().zip(tile.status.iter_mut());
         // A step waits for the one before it; what does not wait is computed ahead, so that it fills no place in the
         // processor's window among instructions that wait.
         let nothing = Reading::new(Vec3::zero(), None, None);
         let mut readings = [nothing; AHEAD];
-        // A copy of its own can live in registers.
-        let mut this = self.clone();
-        for (gyr, dt) in tile.gyr.chunks(AHEAD).zip(tile.dt.chunks(AHEAD)) {
+        let n = tile.gyr.len().min(tile.dt.len()).min(tile.quat.len()).min(tile.status.len());
+        let (gyr, dt) = (tile.gyr.get(..n).unwrap_or_default(), tile.dt.get(..n).unwrap_or_default());
+        let mut out = tile.quat.iter_mut().zip(tile.status.iter_mut());
+        for (gyr, dt) in gyr.chunks(AHEAD).zip(dt.chunks(AHEAD)) {
             for (reading, &gyr) in readings.iter_mut().zip(gyr) {
                 let acc = acc.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
                 let mag = mag.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
                 *reading = Reading::new(vec3(gyr), acc, mag);
             }
-            for ((reading, &dt), (quat, status)) in readings.iter().zip(dt).zip(&mut out) {
-                let output = this.take(reading, dt);
-                *quat = array4(output.quat);
-                *status = output.flags.bits(0);
-                if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
-                    *row = array3(this.filter().gyr_bias());
+            let mut input = readings.iter().zip(dt).peekable();
+            // What is rare is apart from the steps, so that it costs them nothing.
+            while let Some(&(reading, &dt)) = input.peek() {
+                if self.needs_attention(reading, dt) {
+                    self.attend(reading, dt);
                 }
-                for (index, values) in tile.extra.iter_mut() {
-                    this.filter().output(*index, &mut |value| values.push(value));
+                // A copy of its own can live in registers.
+                let mut this = self.clone();
+                while let Some((reading, &dt)) = input.next_if(|&(reading, &dt)| !this.needs_attention(reading, dt)) {
+                    let output = this.go_on(reading, dt);
+                    let Some((quat, status)) = out.next() else { break };
+                    *quat = array4(output.quat);
+                    *status = output.flags.bits(0);
+                    if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+                        *row = array3(this.filter().gyr_bias());
+                    }
+                    for (index, values) in tile.extra.iter_mut() {
+                        this.filter().output(*index, &mut |value| values.push(value));
+                    }
                 }
+                *self = this;
             }
         }
-        *self = this;
     }
 
     fn quat(&self) -> [T; 4] {
