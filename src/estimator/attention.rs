@@ -46,10 +46,10 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         rare.any() || self.recovers || !self.losses.is_idle()
     }
 
-    /// [`Estimator::attend`] where it is called from a step.
+    /// [`Estimator::attend`] where it is not inlined: for scalars, whose instructions are the same everywhere.
     #[cold]
     #[inline(never)]
-    pub(super) fn attend_apart(&mut self, reading: &Reading<S>, dt: S) {
+    pub fn attend_apart(&mut self, reading: &Reading<S>, dt: S) {
         self.attend(reading, dt);
     }
 

@@ -133,6 +133,8 @@ pub struct Case {
     pub epsilon: f64,
     /// Whether the first sample is a step like any other.
     pub starts_itself: bool,
+    /// Whether it weighs by a covariance, so that a loss of any length counts.
+    pub has_covariance: bool,
     make: fn(&[f64], Settings) -> Box<dyn Bank>,
 }
 
@@ -152,6 +154,7 @@ fn case<S: Scalar, F: Filter<S> + 'static>() -> Case {
         real: if S::Real::EPSILON.to_f64() > 1e-10 { "f32" } else { "f64" },
         epsilon: S::Real::EPSILON.to_f64(),
         starts_itself: F::STARTS_ITSELF,
+        has_covariance: F::HAS_COVARIANCE || F::WATCHED,
         make: |params, settings| {
             let estimator = Estimator::<S, F>::new(&F::Params::from_values(params).unwrap(), settings);
             Box::new(Running { quat: estimator.quat(), flags: Flags::none(), estimator })

@@ -87,6 +87,12 @@ pub fn broken(seed: u64, samples: usize) -> Vec<Row> {
     rows
 }
 
+/// The largest difference of components, of either sign of the quaternion.
+pub fn distance(a: Quat<f64>, b: Quat<f64>) -> f64 {
+    let largest = |q: Quat<f64>| [q.w, q.x, q.y, q.z].iter().fold(0.0_f64, |worst, c| worst.max(c.abs()));
+    largest(a.plus(-b)).min(largest(a.plus(b)))
+}
+
 /// Rows of a sensor that lies still at the attitude `q`.
 pub fn still(q: Quat<f64>, samples: usize) -> Vec<Row> {
     vec![Row { gyr: [0.0; 3], acc: seen(q, GRAVITY), mag: seen(q, FIELD), dt: 0.01 }; samples]

@@ -4,13 +4,8 @@ use ahrs_rs::{Frame, GyrHold, Quat, Settings};
 
 use crate::bank::{ACC, BOTH, Reading, choices, run, scalars};
 use crate::random::Random;
-use crate::recording::{broken, moving, quat};
-
-/// The largest difference of components, of either sign of the quaternion.
-fn distance(a: Quat<f64>, b: Quat<f64>) -> f64 {
-    let largest = |q: Quat<f64>| [q.w, q.x, q.y, q.z].iter().fold(0.0_f64, |worst, c| worst.max(c.abs()));
-    largest(a.plus(-b)).min(largest(a.plus(b)))
-}
+use crate::recording::{broken, distance, moving, quat};
+use crate::start::rounding;
 
 fn about_z(angle: f64) -> Quat<f64> {
     let (sin, cos) = (0.5 * angle).sin_cos();
@@ -21,10 +16,15 @@ fn about_z(angle: f64) -> Quat<f64> {
 fn a_frame_rotates_the_output_and_nothing_else() {
     for case in scalars() {
         for params in choices(case.spec) {
+            // Once inclination and heading are known: what the state holds knows of no frame then.
+            let mut first = case.make(&params, Settings::default());
+            run(first.as_mut(), &moving(21, 2), BOTH);
+            let state = first.save(0);
             let rows = broken(21, 100);
             let run = |frame| {
-                let settings = Settings { frame, ..Settings::default() };
-                run(case.make(&params, settings).as_mut(), &rows, BOTH)
+                let mut bank = case.make(&params, Settings { frame, ..Settings::default() });
+                bank.load(0, &state);
+                run(bank.as_mut(), &rows, BOTH)
             };
             let enu = run(Frame::Enu);
             for (_, frame) in Frame::ALL {
@@ -35,6 +35,54 @@ fn a_frame_rotates_the_output_and_nothing_else() {
                     assert!(error <= 4.0 * case.epsilon, "{} {params:?} {frame:?}: {error:e}", case.name());
                     assert_eq!((turned.status, turned.gyr_bias), (enu.status, enu.gyr_bias), "{}", case.name());
                     assert_eq!(turned.output_bits(), enu.output_bits(), "{}", case.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn with_a_field_the_start_is_the_same_in_all_frames() {
+    for case in scalars() {
+        for params in choices(case.spec) {
+            for seed in 0..20 {
+                let start = |frame| {
+                    let mut bank = case.make(&params, Settings { frame, ..Settings::default() });
+                    quat(run(bank.as_mut(), &moving(30 + seed, 1), BOTH)[0].quat)
+                };
+                let enu = start(Frame::Enu);
+                for (_, frame) in Frame::ALL {
+                    let error = distance(start(frame), frame.from_enu::<f64>() * enu);
+                    // Two shortest rotations and the turn to the field, from another pose: alignment rounds by 80 epsilon.
+                    assert!(error <= 160.0 * case.epsilon, "{} {params:?} {frame:?}: {error:e}", case.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_a_field_frames_differ_by_a_turn_about_the_vertical() {
+    for case in scalars() {
+        for params in choices(case.spec) {
+            let rows = moving(22, 50);
+            let run = |frame| {
+                let mut bank = case.make(&params, Settings { frame, ..Settings::default() });
+                run(bank.as_mut(), &rows, ACC)
+            };
+            let enu = run(Frame::Enu);
+            for (_, frame) in Frame::ALL {
+                let turns: Vec<_> = run(frame)
+                    .iter()
+                    .zip(&enu)
+                    .map(|(turned, enu)| frame.from_enu::<f64>().conj() * quat(turned.quat) * quat(enu.quat).conj())
+                    .collect();
+                for turn in &turns {
+                    let leaning = turn.x.hypot(turn.y);
+                    let error = leaning.max(distance(*turn, turns[0]));
+                    // Fifty steps, and in the Kalman filters the solutions of equations in each of them.
+                    let bound = 4.0 * rounding(&case);
+                    assert!(error <= bound, "{} {params:?} {frame:?}: {error:e}", case.name());
                 }
             }
         }

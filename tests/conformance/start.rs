@@ -23,7 +23,7 @@ pub fn angle(a: [f64; 4], b: [f64; 4]) -> f64 {
 /// In f64 alignment rounds by up to 80 epsilon (`missing.rs`), 150 steps by less. In f32 the rounding of the predicted
 /// directions can exceed the floor below which a normalised gradient counts as none: such a filter then takes a step,
 /// Madgwick's of 2β dt = 8e-4 rad.
-fn rounding(case: &Case) -> f64 {
+pub fn rounding(case: &Case) -> f64 {
     if case.real == "f32" { 1e-3 } else { 120.0 * case.epsilon }
 }
 

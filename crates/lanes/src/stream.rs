@@ -112,7 +112,7 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
             // What is rare is apart from the steps, so that it costs them nothing.
             while let Some(&(reading, &dt)) = input.peek() {
                 if self.needs_attention(reading, dt) {
-                    self.attend(reading, dt);
+                    self.attend_apart(reading, dt);
                 }
                 // A copy of its own can live in registers.
                 let mut this = self.clone();

@@ -2,10 +2,12 @@
 //!
 //! They are computed in `f64` whatever the type of the arrays: nothing of them goes to a microcontroller or into lanes.
 
+mod pieces;
 pub mod selfcal;
 pub mod vqf;
 
 use ahrs_rs::params::ParamError;
+use ahrs_rs::status;
 use ahrs_rs::{FilterSpec, Measured, Quat, Settings, Vec3};
 use ndarray::ArrayView2;
 
@@ -63,6 +65,24 @@ pub struct OfflineEntry {
 /// The offline filters: one line a filter.
 pub const OFFLINE: &[OfflineEntry] =
     &[OfflineEntry { spec: &vqf::SPEC, make: vqf::make }, OfflineEntry { spec: &selfcal::SPEC, make: selfcal::make }];
+
+/// The bits of the causal filter that are those of the offline one too: what the recording lacks.
+const KEPT: u16 = status::ANY_MISSING | status::GAP | status::REPEATED;
+
+/// The settings of the causal filter: those that say what is measured. What is computed with it is in east-north-up.
+fn causal_settings(settings: &Settings) -> Settings {
+    let Settings { gyr_hold, repeated, gyr_range, .. } = *settings;
+    Settings { gyr_hold, repeated, gyr_range, ..Settings::default() }
+}
+
+/// Leaves out the rows that the causal filter did not take for measurements; `bit` is that of the sensor.
+fn leave_out(rows: &mut [Row], missing: &[u16], bit: u16) {
+    for (row, missing) in rows.iter_mut().zip(missing) {
+        if missing & bit != 0 {
+            *row = None;
+        }
+    }
+}
 
 /// The rows of a sensor that hold a measurement.
 fn usable(rows: Option<&[Vec3<f64>]>, samples: usize) -> Vec<Row> {

@@ -19,7 +19,8 @@ use ahrs_rs::so3::rotate_by;
 use ahrs_rs::status;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Quat, Scalar, Settings, Vec3};
 
-use super::{Offline, Row, Series, Solution, continuous, usable};
+use super::pieces::pieces;
+use super::{KEPT, Offline, Row, Series, Solution, causal_settings, continuous, leave_out, usable};
 use crate::threads::Watch;
 use ahrs_rs_lanes::simd::{Instructions, Kernel, PortableIsa, Vector};
 #[cfg(target_arch = "x86_64")]
@@ -77,6 +78,9 @@ struct OfflineVQF {
 struct Pass<S: Scalar> {
     vqf: VQF<S>,
     rate: Vec3<S>,
+    /// The variance of the rotation that was lost with it, and what is lost before the next one.
+    lost: S,
+    losing: S,
 }
 
 impl<S: Scalar> Filter<S> for Pass<S> {
@@ -85,7 +89,7 @@ impl<S: Scalar> Filter<S> for Pass<S> {
     const STARTS_ITSELF: bool = true;
 
     fn new(params: &Params<S>) -> Self {
-        Pass { vqf: VQF::new(params), rate: Vec3::zero() }
+        Pass { vqf: VQF::new(params), rate: Vec3::zero(), lost: S::zero(), losing: S::zero() }
     }
     /// Without the heading offset, for which nobody asks here.
     #[inline(always)]
@@ -100,13 +104,19 @@ impl<S: Scalar> Filter<S> for Pass<S> {
         self.vqf.realign(lanes, q);
     }
     #[inline(always)]
+    fn lose_rotation(&mut self, lanes: S::Mask, variance: S) {
+        self.losing = S::select(lanes, variance, self.losing);
+    }
+    #[inline(always)]
     fn step(&mut self, sample: &Sample<S>, dt: S) {
         self.rate = sample.gyr;
+        (self.lost, self.losing) = (self.losing, S::zero());
         self.vqf.step(sample, dt);
     }
     fn each_variable(&mut self, visit: &mut impl FnMut(&mut S)) {
         self.vqf.each_variable(visit);
         self.rate.each(visit);
+        visit(&mut self.losing);
     }
 }
 
@@ -147,6 +157,8 @@ struct Passes {
     learnt: Vec<Learnt>,
     rates: Vec<Vec3<f64>>,
     missing: Vec<u16>,
+    /// The variance in rad² of the rotation that was lost.
+    lost: Vec<f64>,
 }
 
 /// VQF forward in the first lane, and over the recording played backward in the second: a step takes little longer than one
@@ -169,7 +181,7 @@ impl<'a, S: Vector<Real = f64>> BothWays<'a, S> {
         watch: &'a Watch,
         (found, later): (&'a mut Passes, &'a mut Vec<Learnt>),
     ) -> Result<Self, ParamError> {
-        let settings = Settings { gyr_hold: of.settings.gyr_hold, ..Settings::default() };
+        let settings = causal_settings(&of.settings);
         // Seen from the end, a late reading is one that is ahead.
         let mut params: Params<S> = Params::from_lanes(&[&of.values])?;
         params.mag_delay = both(of.params.mag_delay, -of.params.mag_delay);
@@ -214,7 +226,8 @@ impl<S: Vector<Real = f64>> Kernel for BothWays<'_, S> {
             let mag = Self::given(self.series.mag.as_deref(), index);
             let output = estimator.step(Self::rows(&self.series.gyr, index, -1.0), acc, mag, both(dt, back_dt));
             let pass = estimator.filter();
-            self.found.missing.push(output.flags.bits(0) & status::ANY_MISSING);
+            self.found.missing.push(output.flags.bits(0) & KEPT);
+            self.found.lost.push(pass.lost.lane(0));
             self.found.rates.push(Vec3::new(pass.rate.x.lane(0), pass.rate.y.lane(0), pass.rate.z.lane(0)));
             self.found.learnt.push(Learnt::of(pass, 0));
             self.later.push(Learnt::of(pass, 1));
@@ -232,9 +245,9 @@ struct Taken {
 impl Offline for OfflineVQF {
     fn solve(&self, series: &Series, outputs: &[usize], watch: &Watch) -> Option<Solution> {
         let steps: Vec<f64> = series.dt.iter().map(|dt| dt.clamp(0.0, LONGEST_STEP)).collect();
-        // Seen from the end, a sample comes after the step that the next one ends; the first one after that of the start.
-        let back: Vec<f64> = steps.iter().take(1).chain(steps.iter().skip(1).rev()).copied().collect();
-        let Passes { learnt, rates, missing } = self.passes(series, &steps, &back, watch)?;
+        let back = backward(&steps, steps.first().copied());
+        let Passes { learnt, rates, missing, lost } = self.passes(series, &steps, &back, watch)?;
+        let pieces = pieces(&lost);
 
         // Strapdown integration, and the specific force in the almost inertial frame that comes of it.
         let mut gyr = Quat::identity();
@@ -246,34 +259,60 @@ impl Offline for OfflineVQF {
                 gyr
             })
             .collect();
-        let acc = usable(series.acc.as_deref(), series.gyr.len());
+        let mut acc = usable(series.acc.as_deref(), series.gyr.len());
+        leave_out(&mut acc, &missing, status::ACC_MISSING);
         let inclined = acc.iter().any(Option::is_some);
-        let mut forces: Vec<Row> =
-            attitudes.iter().zip(acc).map(|(&gyr, force)| Some(seen_from(gyr, force?))).collect();
-        self.low_pass(&mut forces, &steps, &back);
-        let level = leveled(&attitudes, &forces);
+        let mut forces: Vec<Row> = attitudes
+            .iter()
+            .zip(acc.into_iter().zip(&pieces.amid))
+            .map(|(&gyr, (force, &amid))| Some(seen_from(gyr, force.filter(|_| !amid)?)))
+            .collect();
+        // The frame of the integration is another one behind a loss.
+        let mut level = Vec::with_capacity(attitudes.len());
+        for piece in &pieces.ranges {
+            let forces = forces.get_mut(piece.clone()).unwrap_or_default();
+            let steps = steps.get(piece.clone()).unwrap_or_default();
+            self.low_pass(forces, steps, &backward(steps, back.first().copied()));
+            level.extend(leveled(attitudes.get(piece.clone()).unwrap_or_default(), forces));
+        }
         if !watch.go_on() {
             return None;
         }
 
         // The heading of a field is that in the horizontal plane, which has to be known.
-        let mag = if inclined { usable(series.mag.as_deref(), series.gyr.len()) } else { vec![None; series.gyr.len()] };
+        let mut mag =
+            if inclined { usable(series.mag.as_deref(), series.gyr.len()) } else { vec![None; series.gyr.len()] };
+        leave_out(&mut mag, &missing, status::MAG_MISSING);
         let delay = self.params.mag_delay;
         let present = |field, (&rate, learnt): (&Vec3<f64>, &Learnt)| {
             caught_up(limited_field(field), rate - learnt.bias.value, delay)
         };
         let mut angles: Vec<_> = level
             .iter()
-            .zip(mag.into_iter().zip(rates.iter().zip(&learnt)))
+            .zip(
+                mag.into_iter()
+                    .zip(&pieces.amid)
+                    .map(|(field, &amid)| field.filter(|_| !amid))
+                    .zip(rates.iter().zip(&learnt)),
+            )
             .map(|(level, (field, turning))| {
                 Some(level.rotate(present(field?, turning))).filter(|&field| has_heading(field)).map(angle)
             })
             .collect();
         let mut taken = vec![Taken::default(); angles.len()];
         let headed = angles.iter().any(Option::is_some);
-        self.filter_headings(&mut angles, &mut taken, &learnt, &steps, false);
-        self.filter_headings(&mut angles, &mut taken, &learnt, &back, true);
-        let delta = filled(&angles);
+        let mut delta = Vec::with_capacity(angles.len());
+        for piece in &pieces.ranges {
+            let angles = angles.get_mut(piece.clone()).unwrap_or_default();
+            let taken = taken.get_mut(piece.clone()).unwrap_or_default();
+            let learnt = learnt.get(piece.clone()).unwrap_or_default();
+            let steps = steps.get(piece.clone()).unwrap_or_default();
+            self.filter_headings(angles, taken, learnt, steps, false);
+            self.filter_headings(angles, taken, learnt, &backward(steps, back.first().copied()), true);
+            // Where nothing was measured, the heading of the piece before it.
+            let before = delta.last().copied().unwrap_or(0.0);
+            delta.extend(filled(angles, before));
+        }
 
         let judged = learnt.iter().zip(taken.iter().zip(&angles)).map(|(learnt, (taken, angle))| Flags {
             rest: learnt.rest,
@@ -400,10 +439,15 @@ fn leveled(attitudes: &[Quat<f64>], forces: &[Row]) -> Vec<Quat<f64>> {
     attitudes.iter().zip(forces).map(level).collect()
 }
 
+/// The steps seen from the end: a sample comes after the step that the next one ends; the first one after a given one.
+fn backward(steps: &[f64], first: Option<f64>) -> Vec<f64> {
+    first.into_iter().chain(steps.iter().skip(1).rev().copied()).collect()
+}
+
 /// The heading offsets of all samples: a missing one is that of the next sample that has one, at the end of the last, as the
-/// filter that came from the end has left it; zero where none has one.
-fn filled(angles: &[Option<f64>]) -> Vec<f64> {
-    let mut next = angles.iter().rev().find_map(|angle| *angle).unwrap_or(0.0);
+/// filter that came from the end has left it; the given one where none has one.
+fn filled(angles: &[Option<f64>], otherwise: f64) -> Vec<f64> {
+    let mut next = angles.iter().rev().find_map(|angle| *angle).unwrap_or(otherwise);
     let mut delta: Vec<_> = angles
         .iter()
         .rev()

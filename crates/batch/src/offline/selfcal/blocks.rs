@@ -22,6 +22,8 @@ pub struct Samples {
     pub rates: Vec<Vec3<f64>>,
     /// The time in s since the sample before; zero for the first one, which only aligns.
     pub steps: Vec<f64>,
+    /// The variance in rad² of the rotation that was lost in the step: nobody saw it.
+    pub lost: Vec<f64>,
     /// Specific forces in m/s².
     pub acc: Vec<Row>,
     /// Fields, in norms of the median one.
@@ -60,6 +62,8 @@ pub struct Summed {
     pub weight: f64,
     /// The time in s for which each axis of the gyroscope is at the end of its range.
     pub clipped: [f64; 3],
+    /// The variance in rad² of the rotation that was lost.
+    pub lost: f64,
 }
 
 impl Samples {
@@ -131,13 +135,17 @@ impl Samples {
             let rest = self.rest.get(rows.clone()).into_iter().flatten();
             let rest = rest.zip(self.clipped.get(rows.clone()).into_iter().flatten());
             let mut clipped = [0.0; 3];
-            let rates =
-                self.rates.get(rows.clone()).into_iter().flatten().zip(self.steps.get(rows).into_iter().flatten());
-            for (((&gyr, &dt), (acc, mag)), (&rest, ends)) in rates.zip(sensors).zip(rest) {
+            let steps_of = self.steps.get(rows.clone()).into_iter().flatten();
+            let steps_of = steps_of.zip(self.lost.get(rows.clone()).into_iter().flatten());
+            let rates = self.rates.get(rows).into_iter().flatten().zip(steps_of);
+            let mut lost = 0.0;
+            for (((&gyr, (&dt, &loses)), (acc, mag)), (&rest, ends)) in rates.zip(sensors).zip(rest) {
                 let (rate, turning) = state.advance(gyr, dt);
                 let r = state.q.matrix();
                 let turning = bounded_rate(turning);
-                sums.turns(r, gyr, rate, turning, [dt, dt]);
+                // A rotation that was lost shows nothing of the gyroscope.
+                sums.turns(r, gyr, rate, turning, [if loses > 0.0 { 0.0 } else { dt }, dt]);
+                lost += loses;
                 sums.slip += steps.slip(turning, dt);
                 acc_interval = LONGEST_INTERVAL.min(acc_interval + dt);
                 if let Some(acc) = *acc {
@@ -155,7 +163,7 @@ impl Samples {
                 }
             }
             interval = LONGEST_FIELD.min(interval + sums.time);
-            blocks.push(Summed { quat: state.q.renormalized(), interval, weight: 1.0, clipped, sums });
+            blocks.push(Summed { quat: state.q.renormalized(), interval, weight: 1.0, clipped, lost, sums });
             if blocks.last().is_some_and(|block| block.sums.fields > 0.0) {
                 interval = 0.0;
             }

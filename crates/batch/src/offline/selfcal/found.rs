@@ -9,8 +9,9 @@ use ahrs_rs::filters::selfcal::state::{
 };
 
 use super::blocks::{Samples, Summed, Trajectory, rotation_vector, weigh};
+use super::causal::Causal;
+use super::median;
 use super::smoother::{ASKED, smooth};
-use super::{Causal, median};
 use crate::threads::Watch;
 
 /// Gravity is that of the parameter as long as the specific force at rest is no further from it than this, in m/s²: beyond

@@ -8,24 +8,26 @@
 #![allow(clippy::indexing_slicing, reason = "matrices with sizes as types; every index is a constant below them")]
 
 pub mod blocks;
+mod causal;
 mod found;
 pub mod smoother;
 
 use ahrs_rs::estimator::LONGEST_STEP;
 use ahrs_rs::filter::{Equivariance, Magnetometer, OutputSpec, Sample};
 use ahrs_rs::filters::SelfCalKF;
-use ahrs_rs::filters::kalman::{Column, vec3};
+use ahrs_rs::filters::kalman::vec3;
 use ahrs_rs::filters::rest::Thresholds;
 use ahrs_rs::filters::selfcal::magnetic::REJECTING_WEIGHT;
-use ahrs_rs::filters::selfcal::state::{BIAS, DISTURBANCE, HORIZONTAL, IRON, N, State};
+use ahrs_rs::filters::selfcal::state::{BIAS, DISTURBANCE, HORIZONTAL, IRON, State};
 use ahrs_rs::filters::selfcal::{PARAMS as CAUSAL, Params as CausalParams};
 use ahrs_rs::params::{ParamError, ParamSet, ParamSpec};
 use ahrs_rs::status;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Quat, Settings, Vec3};
 
 use self::blocks::{Samples, Summed};
+use self::causal::{Causal, Finding};
 use self::found::Found;
-use super::{Offline, Series, Solution, continuous, usable};
+use super::{KEPT, Offline, Series, Solution, causal_settings, continuous, leave_out, usable};
 use crate::threads::Watch;
 
 /// Samples between two looks at whether it was told to stop.
@@ -173,20 +175,36 @@ struct SelfCalSmoother {
     settings: Settings,
 }
 
-/// SelfCalKF, and the angular rate that it was given last: where rows are missing, the held one.
+/// SelfCalKF, and what the last step was given: the angular rate (where rows are missing, the held one), and what was done
+/// before it.
 #[derive(Clone)]
 struct Pass {
     filter: SelfCalKF<f64>,
     rate: Vec3<f64>,
+    done: Done,
+    doing: Done,
+}
+
+/// What the estimator does to a filter before a step.
+#[derive(Clone, Copy, Default)]
+struct Done {
+    /// The variance in rad² of the rotation that was lost.
+    lost: f64,
+    /// Whether the attitude was found again.
+    realigned: bool,
+    /// Whether it was seen to be lost, as nothing had told.
+    reopened: bool,
 }
 
 impl Filter<f64> for Pass {
     type Params = CausalParams<f64>;
     const SPEC: &'static FilterSpec = SelfCalKF::<f64>::SPEC;
     const STARTS_ITSELF: bool = SelfCalKF::<f64>::STARTS_ITSELF;
+    const HAS_COVARIANCE: bool = SelfCalKF::<f64>::HAS_COVARIANCE;
+    const WATCHED: bool = SelfCalKF::<f64>::WATCHED;
 
     fn new(params: &CausalParams<f64>) -> Self {
-        Pass { filter: SelfCalKF::new(params), rate: Vec3::zero() }
+        Pass { filter: SelfCalKF::new(params), rate: Vec3::zero(), done: Done::default(), doing: Done::default() }
     }
     fn attitude(&self) -> Quat<f64> {
         self.filter.attitude()
@@ -194,7 +212,29 @@ impl Filter<f64> for Pass {
     fn set_attitude(&mut self, lanes: bool, q: Quat<f64>) {
         self.filter.set_attitude(lanes, q);
     }
+    fn realign(&mut self, lanes: bool, q: Quat<f64>) {
+        self.doing.realigned |= lanes;
+        self.filter.realign(lanes, q);
+    }
+    fn lose_rotation(&mut self, lanes: bool, variance: f64) {
+        // What is unknown after it was found again is no loss.
+        if lanes && !self.doing.realigned {
+            self.doing.lost = variance;
+        }
+        self.filter.lose_rotation(lanes, variance);
+    }
+    fn claimed(&self) -> [f64; 2] {
+        self.filter.claimed()
+    }
+    fn reopen(&mut self, lanes: bool, bias: Vec3<f64>) {
+        self.doing.reopened |= lanes;
+        self.filter.reopen(lanes, bias);
+    }
+    fn gyr_bias(&self) -> Vec3<f64> {
+        self.filter.gyr_bias()
+    }
     fn step(&mut self, sample: &Sample<f64>, dt: f64) {
+        self.done = std::mem::take(&mut self.doing);
         self.rate = sample.gyr;
         self.filter.step(sample, dt);
     }
@@ -202,14 +242,6 @@ impl Filter<f64> for Pass {
         self.filter.each_variable(visit);
         self.rate.each(visit);
     }
-}
-
-/// What the causal filter says of a recording.
-struct Causal {
-    quat: Vec<Quat<f64>>,
-    missing: Vec<u16>,
-    /// The states at the end.
-    mean: Column<f64, N>,
 }
 
 impl Offline for SelfCalSmoother {
@@ -228,9 +260,12 @@ impl Offline for SelfCalSmoother {
             *first = 0.0;
         }
         let mut samples = Samples { steps, acc, mag, ..Samples::default() };
-        let causal = self.causal(series, &mut samples, watch)?;
+        let mut causal = self.causal(series, &mut samples, watch)?;
         let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
         samples.find_clipped(self.params.gyr_range);
+        causal.turn_back(&mut samples);
+        leave_out(&mut samples.acc, &causal.missing, status::ACC_MISSING);
+        leave_out(&mut samples.mag, &causal.missing, status::MAG_MISSING);
         samples.find_rest(&limits, vec3(&causal.mean, BIAS));
 
         let ends = samples.block_ends();
@@ -286,12 +321,15 @@ impl Offline for SelfCalSmoother {
 impl SelfCalSmoother {
     /// The causal filter over the recording; leaves the angular rates with the samples.
     fn causal(&self, series: &Series, samples: &mut Samples, watch: &Watch) -> Option<Causal> {
-        let settings = Settings { gyr_hold: self.settings.gyr_hold, ..Settings::default() };
+        let settings = causal_settings(&self.settings);
         let mut estimator = Estimator::<f64, Pass>::new(&self.causal, settings);
         let none = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
         let count = series.gyr.len();
         let (mut quat, mut missing) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut findings = Vec::new();
+        let mut unnoticed = None;
         samples.rates.reserve_exact(count);
+        samples.lost.reserve_exact(count);
         let inclined = samples.acc.iter().any(Option::is_some);
         let rows = series.gyr.iter().zip(&series.dt).zip(samples.acc.iter().zip(&samples.mag));
         for (index, ((&gyr, &dt), (acc, mag))) in rows.enumerate() {
@@ -302,8 +340,16 @@ impl SelfCalSmoother {
             let mag = series.mag.as_ref().filter(|_| inclined).map(|_| mag.unwrap_or(none));
             let output = estimator.step(gyr, acc, mag, dt);
             quat.push(output.quat);
-            missing.push(output.flags.bits(0) & status::ANY_MISSING);
-            samples.rates.push(estimator.filter().rate);
+            missing.push(output.flags.bits(0) & KEPT);
+            let pass = estimator.filter();
+            samples.rates.push(pass.rate);
+            samples.lost.push(pass.done.lost);
+            if pass.done.reopened {
+                unnoticed = Some(index);
+            }
+            if pass.done.realigned {
+                findings.push(Finding { index, bias: pass.gyr_bias(), unnoticed: unnoticed.take() });
+            }
         }
         let filter = &estimator.filter().filter;
         let mut mean = filter.state().mean;
@@ -316,7 +362,7 @@ impl SelfCalSmoother {
                 }
             });
         }
-        Some(Causal { quat, missing, mean })
+        Some(Causal { quat, missing, findings, mean })
     }
 }
 

@@ -325,9 +325,9 @@ impl Taken {
     }
 }
 
-/// The covariance of the turn that is lost where axes of the gyroscope are at the end of their range.
+/// The covariance of the turn that is lost where axes of the gyroscope are at the end of their range, or nobody saw it.
 fn lost(block: &Summed) -> Option<Square<f64, 3>> {
-    if block.clipped.iter().all(|time| *time <= 0.0) {
+    if block.lost <= 0.0 && block.clipped.iter().all(|time| *time <= 0.0) {
         return None;
     }
     let mut r = rows(block.sums.turn);
@@ -337,7 +337,11 @@ fn lost(block: &Summed) -> Option<Square<f64, 3>> {
             r[(i, axis)] *= angle;
         }
     }
-    Some(product(&r, &transposed(&r)))
+    let mut covariance = product(&r, &transposed(&r));
+    for i in 0..3 {
+        covariance[(i, i)] += block.lost;
+    }
+    Some(covariance)
 }
 
 /// The entries of a covariance, if there is one.
