@@ -87,7 +87,8 @@ lint: dev ## Check format, lints, types and stubs
 
 oracle: dev ## Compute all results of the oracles in full, compare every row, keep what is new (ARGS="-k vqf": some)
 	AHRS_RS_ORACLE=all RAYON_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto $(ARGS) \
-		tests/python/test_oracle.py tests/python/test_offline_selfcal.py
+		tests/python/test_oracle.py tests/python/test_oracle_losses.py tests/python/test_mag_delay.py \
+		tests/python/test_offline_selfcal.py
 
 stubs: dev ## Write the type stubs of the filter classes from the registry
 	$(BIN)/python tools/stubs.py

@@ -139,6 +139,8 @@ impl<S: Scalar> Losses<S> {
 
     /// Calls `visit` for each variable.
     pub fn each(&mut self, visit: &mut impl FnMut(&mut S)) {
+        // No more of it counts; a state holds no number whose square is beyond the range of the scalar.
+        self.range2 = self.range2.min(S::of(LARGEST_RATE * LARGEST_RATE));
         for variable in [&mut self.longest, &mut self.range2, &mut self.time, &mut self.variance] {
             visit(variable);
         }

@@ -33,7 +33,9 @@ from settling import (
 from signals import RATE, Signals
 
 #: The status bits of the rules that all filters share; the others are a filter's own judgement of its measurements.
-COMMON = int(Status.ACC_MISSING | Status.MAG_MISSING | Status.GYR_HELD | Status.NOT_ALIGNED)
+COMMON = int(
+    Status.ACC_MISSING | Status.MAG_MISSING | Status.GYR_HELD | Status.NOT_ALIGNED | Status.GAP | Status.REPEATED
+)
 #: Rounding of 1e-16 in each of 10,000 steps, amplified at most by feedback that forgets it and by passes near
 #: pitch 90°: measured at most 4e-13 rad.
 ROUNDING = 1e-12

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .complementary import Complementary
 from .dcm_imu import DcmImu
-from .driver import OracleResult, drive
+from .driver import OracleResult, Settings, drive
 from .ekf import EKF
 from .fusion import Fusion
 from .gyro_integration import GyroIntegration
@@ -56,6 +56,8 @@ def run(
     frame: str = "ENU",
     declination: float = 0.0,
     gyr_hold: str = "zero-order",
+    repeated: str = "new",
+    gyr_range: float = 0.0,
 ) -> OracleResult:
     """Run the oracle of one filter over one recording.
 
@@ -64,7 +66,7 @@ def run(
     name
         Class name of the filter, a key of `ORACLES`.
     params
-        Parameters of the filter alone, without rate, frame, declination and gyr_hold.
+        Parameters of the filter alone, without rate and what follows it.
     gyr, acc, mag
         (T, 3) arrays: rad/s, m/s² (specific force), µT. NaN rows are missing samples; acc and mag may be
         None.
@@ -74,6 +76,9 @@ def run(
         Attitude (4,) in `frame`, one time step before sample 0.
     frame, declination, gyr_hold
         Earth frame of the output, magnetic declination in rad (positive east), "zero-order" or "linear".
+    repeated, gyr_range
+        What a repeated row is, "new" or "missing"; the largest rate (rad/s) of an axis of the gyroscope, 0 where it is
+        not known.
 
     Raises
     ------
@@ -91,9 +96,7 @@ def run(
         t=t,
         rate=rate,
         q0=q0,
-        frame=frame,
-        declination=declination,
-        gyr_hold=gyr_hold,
+        settings=Settings(frame, declination, gyr_hold, repeated, gyr_range),
     )
 
 

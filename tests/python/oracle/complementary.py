@@ -1,12 +1,15 @@
 """Complementary filter of the Euler angles: Parikh, Vohra & Kaveshgar 2021, section II-A."""
 
+import math
+
 from .adaptive import ACC_REJECTED, acc_share
+from .base import Filter, Told
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
 from .trigonometric import acc_angles, euler_rate_step
 
 
-class Complementary:
+class Complementary(Filter):
     """Roll and pitch weighted α for the gyroscope and 1 - α for the accelerometer; yaw from the gyroscope.
 
     α = τ/(τ + dt). The published α = 0.997 at 200 Hz is τ = 0.997/0.003/200 s.
@@ -27,7 +30,7 @@ class Complementary:
         """Take over an attitude."""
         self.q = normalize(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample; mag is not used."""
         if self.integration == "exponential":
             roll, pitch, yaw = to_euler(gyro_step(self.q, gyr, dt, "exponential"))
@@ -37,6 +40,9 @@ class Complementary:
         self.flags = ACC_REJECTED if share == 0 else 0
         if acc is not None:
             alpha = self.tau / (self.tau + dt)
+            if told.acc_interval > dt:
+                # What is left after all the steps for which the measurement stands.
+                alpha = math.exp(-told.acc_interval / self.tau) if self.tau > 0 else 0.0
             weight = (1 - alpha) * share
             acc_roll, acc_pitch = acc_angles(acc)
             # α angle + (1 - α) angle_acc, the difference of the two taken the short way round

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from .base import Filter, Told, steps
 from .gyro_integration import gyro_step
 from .kalman import (
     LARGEST_BIAS,
@@ -27,8 +28,11 @@ from .so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
 PREDICTIONS = ("exponential", "euler")
 
 
-class DcmImu:
+class DcmImu(Filter):
     """State x = [C31 C32 C33 bx by bz]; the yaw is integrated outside, and held with the roll at pitch ±90°."""
+
+    has_covariance = True
+    watched = True
 
     def __init__(
         self,
@@ -80,7 +84,21 @@ class DcmImu:
         self.c3 = c3
         self.roll, _, self.yaw = to_euler(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def lose_rotation(self, variance: float) -> None:
+        """δC3 = [C3×] δθ."""
+        across = skew(self.c3)
+        self.p[:3, :3] += variance * across @ across.T
+
+    def claimed(self) -> tuple[float, float]:
+        """Of the inclination the variance of C3's least known component; of the heading nothing is known."""
+        return float(np.diag(self.p)[:3].max()), 1.0
+
+    def reopen(self, bias: Vec3) -> None:
+        """Start anew."""
+        self.p = np.diag(np.repeat([self.initial_dcm**2, self.initial_bias**2], 3))
+        self.b = np.array(bias)
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample; mag is not used."""
         before, c3 = self.q, self.c3
         u = np.array(gyr) - self.b
@@ -99,7 +117,7 @@ class DcmImu:
             force = saturated(np.array(acc), SATURATION * self.g)
             nu = force - self.g * self.c3  # (A.5); the same vector is a of (12)
             variance = float(np.linalg.norm(nu)) * self.acc_motion**2 + self.acc_std**2  # (11)
-            r = variance * np.eye(3)
+            r = variance / steps(told.acc_interval, dt) * np.eye(3)
             h = np.hstack([self.g * np.eye(3), np.zeros((3, 3))])  # (9)
             k, s = gain(self.p, h, r)
             correction = k @ nu

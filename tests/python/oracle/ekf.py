@@ -8,12 +8,14 @@ import math
 
 import numpy as np
 
+from .base import Filter, Told, steps
 from .gyro_integration import INTEGRATIONS
 from .kalman import (
     LARGEST_TURN,
     SAME_VERTICAL,
     SATURATION,
     Array,
+    angle_variance,
     capped,
     gain,
     inflated,
@@ -34,8 +36,12 @@ LARGEST_RATE = 1e4
 LARGEST_VARIANCES = np.array([1.0] * 4 + [1e4] * 3)
 
 
-class EKF:
+class EKF(Filter):
     """State x = [q, ω], measurements ω, specific force over g, field over its reference's norm."""
+
+    follows_field = True
+    #: Its variances are those of a sensor at rest, and not what is to be believed of it.
+    watched = True
 
     def __init__(
         self,
@@ -71,15 +77,15 @@ class EKF:
         self.w_diagonal = np.array([quat_process] * 4 + [rate_process] * 3)  # per second
         self.reference_time = reference_time
         # 0: as uncertain as one sample of the accelerometer, and of the magnetometer at a dip of 60°
-        self.inclination_variance = initial_inclination**2 or float(np.trace(self.v["acc"])) / 3
-        self.heading_variance = initial_heading**2 or 4 * float(np.trace(self.v["mag"])) / 3
+        self.inclination_variance = angle_variance(initial_inclination**2 or float(np.trace(self.v["acc"])) / 3)
+        self.heading_variance = angle_variance(initial_heading**2 or 4 * float(np.trace(self.v["mag"])) / 3)
         self.g = gravity
         self.gyroscope = gyroscope
         self.integration = integration
         self.x = np.array([*IDENTITY, 0.0, 0.0, 0.0])
+        self.initial_rate = initial_rate
         self.p = np.zeros((7, 7))
-        self.p[4:, 4:] = initial_rate**2 * np.eye(3)
-        self._start(np.array([0.0, 0.0, 1.0]), self.inclination_variance * np.eye(3))
+        self.reopen((0.0, 0.0, 0.0))
         self.reference: Array | None = None  # horizontal and vertical part of h̄, as measured
         self.reference_count = 0
         self.reference_age = 0.0
@@ -107,6 +113,15 @@ class EKF:
         self.x[:4] = q
         self._start(up, inclination)
 
+    def claimed(self) -> tuple[float, float]:
+        """What is to be believed of it: 0.05 rad, and 1 rad of the heading."""
+        return 0.05**2, 1.0
+
+    def reopen(self, bias: Vec3) -> None:
+        """Start anew; there is no bias."""
+        self.p[4:, 4:] = self.initial_rate**2 * np.eye(3)
+        self._start(rotation(self.q)[2], self.inclination_variance * np.eye(3))
+
     def _start(self, up: Array, inclination: Array) -> None:
         t = np.eye(3) - np.outer(up, up)
         p = t @ inclination @ t + self.heading_variance * np.outer(up, up)
@@ -124,7 +139,7 @@ class EKF:
         """Attitude covariance (3, 3), sensor frame, rad²."""
         return reported(self._attitude_covariance(), rotation(self.q)[2], self.headed)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample: (23)-(24) over dt, then (25)-(26) with what was measured."""
         rate = saturated(np.array(gyr), LARGEST_RATE)
         if self.gyroscope == "input" and dt > 0.0:
@@ -135,20 +150,24 @@ class EKF:
             self._predict(dt)
 
         rows: dict[str, tuple[Array, Array]] = {}  # innovation and H of each sensor, all at the predicted state
-        if self.gyroscope == "measurement" and dt > 0.0:
+        if self.gyroscope == "measurement" and dt > 0.0 and not told.lost:
             rows["gyr"] = (rate - self.x[4:], np.eye(3, 7, 4))
         if acc is not None:
             z = saturated(np.array(acc) / self.g, SATURATION)
             predicted, h = measurement(self.x[:4], np.array([0.0, 0.0, 1.0]))  # (10)
             rows["acc"] = (z - predicted, h)
         if mag is not None:
-            reference = self._reference(acc, mag, dt)
+            reference = self._reference(acc, mag, told.mag_interval)
             norm = float(np.linalg.norm(reference))
             z = saturated(np.array(mag) / norm, SATURATION)
             predicted, h = measurement(self.x[:4], reference / norm)  # (16)
             rows["mag"] = (z - predicted, h)
             self.headed = True
-        self._update(rows)
+        # V is that of a sample at the gyroscope's rate.
+        v = {"gyr": self.v["gyr"]}
+        v["acc"] = self.v["acc"] / steps(told.acc_interval, dt)
+        v["mag"] = self.v["mag"] / steps(told.mag_interval, dt)
+        self._update(rows, v)
 
     def _predict(self, dt: float) -> None:
         """(20), (23), (24); x⁻ = f(x), P⁻ = F P Fᵀ + W."""
@@ -168,13 +187,13 @@ class EKF:
         self.p = f @ self.p @ f.T + dt * np.diag(self.w_diagonal)
         self.p = capped(inflated(self.p), LARGEST_VARIANCES)
 
-    def _reference(self, acc: Vec3 | None, mag: Vec3, dt: float) -> Array:
+    def _reference(self, acc: Vec3 | None, mag: Vec3, interval: float) -> Array:
         """(16)'s h̄ in east-north-up: mean of the field over the first `reference_time`, turned to north.
 
         What is up is said by the accelerometer, as in (11)-(14), and by the attitude where there is none.
         """
         if self.reference is not None:
-            self.reference_age += dt
+            self.reference_age += interval
         if self.reference is None or self.reference_age <= self.reference_time:
             up = rotation(normalize(self.q))[2] if acc is None else np.array(unit(acc))
             field = np.array([np.linalg.norm(np.cross(mag, up)), np.dot(mag, up)])
@@ -183,7 +202,7 @@ class EKF:
             self.reference = old + (field - old) / self.reference_count
         return np.array([0.0, *self.reference])
 
-    def _update(self, rows: dict[str, tuple[Array, Array]]) -> None:
+    def _update(self, rows: dict[str, tuple[Array, Array]], v: dict[str, Array]) -> None:
         self.innovation = np.full(9, np.nan)
         self.nis = np.full(3, np.nan)
         correction = np.zeros(7)
@@ -193,9 +212,9 @@ class EKF:
                 continue
             innovation, h = rows[sensor]
             nu = innovation - h @ correction
-            k, s = gain(self.p, h, self.v[sensor])
+            k, s = gain(self.p, h, v[sensor])
             correction = correction + k @ nu
-            self.p = joseph(self.p, k, h, self.v[sensor])
+            self.p = joseph(self.p, k, h, v[sensor])
             self.innovation[3 * index : 3 * index + 3] = innovation
             self.nis[index] = normalised_square(nu, s)
         self.x = self.x + correction

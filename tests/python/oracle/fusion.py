@@ -6,6 +6,7 @@ by their cross products with the measured ones, added to half of the angular rat
 
 import math
 
+from .base import Filter, Told
 from .gyro_integration import gyro_step
 from .so3 import IDENTITY, Quat, Vec3, cross, normalize, rotate_inverse, unit
 
@@ -71,8 +72,10 @@ def residual(measured: Vec3, half_predicted: Vec3) -> Vec3:
     return unit(product) if any(abs(c) > 1e-154 for c in product) else ZERO
 
 
-class Fusion:
+class Fusion(Filter):
     """Startup with a falling gain, then proportional feedback of what is not rejected."""
+
+    follows_field = True
 
     def __init__(
         self,
@@ -107,7 +110,7 @@ class Fusion:
         """Take over an attitude; everything else stays."""
         self.q = normalize(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample."""
         self.flags = 0
         if self.estimates_bias:
@@ -132,18 +135,16 @@ class Fusion:
             west = cross(half_up, unit(mag))  # of length ½ sin of the angle between field and vertical
             if 2.0 * math.hypot(*west) >= VERTICAL_FIELD:
                 heading = residual(unit(west), half_west)
-        feedback = tuple(
-            a + b
-            for a, b in zip(
-                self.acc.feedback(inclination, self.startup, dt),
-                self.mag.feedback(heading, self.startup, dt),
-                strict=True,
-            )
-        )
-        # In a gap the feedback counts for at most 1/gain, so that it does not overshoot.
-        gain = min(self.ramped_gain, 1.0 / dt) if dt > 0.0 else self.ramped_gain
-        wx, wy, wz = (0.5 * rate + gain * e for rate, e in zip(gyr, feedback, strict=True))
-        self.q = gyro_step(self.q, (2.0 * wx, 2.0 * wy, 2.0 * wz), dt, self.integration)
+        turn = [0.5 * rate * dt for rate in gyr]
+        for sensor, seen, time in (
+            (self.acc, inclination, told.acc_interval),
+            (self.mag, heading, told.mag_interval),
+        ):
+            # In a gap the feedback counts for at most 1/gain, so that it does not overshoot.
+            share = min(self.ramped_gain * time, 1.0)
+            feedback = sensor.feedback(seen, self.startup, time)
+            turn = [half + share * e for half, e in zip(turn, feedback, strict=True)]
+        self.q = gyro_step(self.q, (2.0 * turn[0], 2.0 * turn[1], 2.0 * turn[2]), 1.0, self.integration)
 
         self.flags |= ACC_REJECTED if self.acc.measured and self.acc.ignored else 0
         self.flags |= MAG_REJECTED if self.mag.measured and self.mag.ignored else 0

@@ -1,5 +1,6 @@
 """Angular rate integrated, nothing else."""
 
+from .base import Filter, Told
 from .so3 import IDENTITY, Quat, Vec3, exp_half, multiply, normalize
 
 INTEGRATIONS = ("exponential", "first-order")
@@ -27,8 +28,10 @@ def gyro_step(q: Quat, rate: Vec3, dt: float, integration: str) -> Quat:
     raise ValueError(f"integration: expected one of {INTEGRATIONS}, got {integration!r}")
 
 
-class GyroIntegration:
+class GyroIntegration(Filter):
     """Gyroscope only; accelerometer and magnetometer serve the alignment, which is the driver's."""
+
+    realigned = False
 
     def __init__(self, *, integration: str = "exponential") -> None:
         self.integration = integration
@@ -38,6 +41,6 @@ class GyroIntegration:
         """Take over an attitude."""
         self.q = normalize(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample; acc and mag are not used."""
         self.q = gyro_step(self.q, gyr, dt, self.integration)

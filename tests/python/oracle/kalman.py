@@ -33,6 +33,11 @@ LARGEST_BIAS = 20.0
 SAME_VERTICAL = 1e-4
 
 
+def angle_variance(variance: float) -> float:
+    """The variance of an angle at the start: at most that of one of which nothing is known."""
+    return min(variance, UNKNOWN_ANGLE)
+
+
 def skew(v: Array) -> Array:
     """[v×], the matrix with [v×] w = v × w."""
     x, y, z = v.tolist()

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from .base import Filter, Told, steps
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .kalman import SAME_VERTICAL, UNKNOWN_ANGLE, Array, capped, gain, inflated, joseph, reported, rotation
 from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
@@ -16,8 +17,10 @@ PARIKH_STEP = 0.005
 LARGEST_BIAS_VARIANCE = 1e6
 
 
-class LinearKalman:
+class LinearKalman(Filter):
     """State [angle, bias] per axis, the accelerometer's angle as measurement; yaw is integrated."""
+
+    has_covariance = True
 
     def __init__(
         self,
@@ -54,7 +57,12 @@ class LinearKalman:
             self.p = [np.diag([self.p0_angle, p[1, 1]]) for p in self.p]
         self.q = q
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def lose_rotation(self, variance: float) -> None:
+        """Both angles are known less."""
+        for p in self.p:
+            p[0, 0] += variance
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample; mag is not used."""
         roll_before = to_euler(self.q)[0]
         rate = (gyr[0] - float(self.b[0]), gyr[1] - float(self.b[1]), gyr[2])
@@ -74,16 +82,17 @@ class LinearKalman:
         self.nis = np.full(2, np.nan)
         if acc is not None:
             acc_roll, acc_pitch = acc_angles(acc)
+            r = self.r / steps(told.acc_interval, dt)
             if acc_roll is not None:
-                roll += self._update(0, wrap(acc_roll - roll))
-            pitch += self._update(1, wrap(acc_pitch - pitch))
+                roll += self._update(0, wrap(acc_roll - roll), r)
+            pitch += self._update(1, wrap(acc_pitch - pitch), r)
         self.q = normalize(from_euler(roll, pitch, yaw))
 
-    def _update(self, axis: int, innovation: float) -> float:
+    def _update(self, axis: int, innovation: float, r: Array) -> float:
         """Table I with H = [1 0], Parikh (2): corrects the axis' bias, returns the correction of its angle."""
         h = np.array([[1.0, 0.0]])
-        k, s = gain(self.p[axis], h, self.r)
-        self.p[axis] = joseph(self.p[axis], k, h, self.r)
+        k, s = gain(self.p[axis], h, r)
+        self.p[axis] = joseph(self.p[axis], k, h, r)
         self.b[axis] += k[1, 0] * innovation
         self.innovation[axis] = innovation
         self.nis[axis] = innovation**2 / s[0, 0]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .adaptive import ACC_REJECTED, acc_share
+from .base import Filter, Told, Weights
 from .driver import FRAMES
 from .gyro_integration import INTEGRATIONS, gyro_step
 from .so3 import IDENTITY, Quat, Vec3, conjugate, multiply, normalize, rotate, unit
@@ -85,12 +86,14 @@ def raw_gradient(q: Quat, acc: Vec3 | None, mag: Vec3 | None) -> NDArray[np.floa
     return gradient
 
 
-class Madgwick:
+class Madgwick(Filter):
     """A gyroscope step, and a step of the length β dt down the gradient of the objective.
 
     gradient="paper" normalises the published gradient; "tangent" first takes off its component along q, which
     turns nothing and depends on the choice of axes.
     """
+
+    follows_field = True
 
     def __init__(
         self,
@@ -118,48 +121,51 @@ class Madgwick:
         """Take over an attitude; the bias stays."""
         self.q = normalize(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample: gradient at the previous attitude, bias, then both steps at once."""
         q = self.q
-        g, length = self._direction(acc, mag)
+        weights = told.weights(dt)
+        g, length = self._direction(acc, mag, weights)
         # A step that turns by more than LARGE_TURN is a gap, and turns no further than the error, half of ‖∇f‖.
-        turn = 2 * self.beta * dt
-        share = min(1.0, max(0.5 * length, LARGE_TURN) / turn) if turn > LARGE_TURN else 1.0
-        beta, feedback = self.beta * share, dt * share
+        angle = 2 * self.beta * weights.time
+        share = min(1.0, max(0.5 * length, LARGE_TURN) / angle) if angle > LARGE_TURN else 1.0
+        feedback = weights.time * share
         _, *turn = multiply(conjugate(q), g)
         error_rate = [2 * component for component in turn]  # Ludwig Alg 2: ω_e = 2 q* ⊗ q_e
+        zeta = 0.0 if told.recovering else self.zeta
         self.bias = (
-            self.bias[0] + self.zeta * error_rate[0] * feedback,
-            self.bias[1] + self.zeta * error_rate[1] * feedback,
-            self.bias[2] + self.zeta * error_rate[2] * feedback,
+            self.bias[0] + zeta * error_rate[0] * feedback,
+            self.bias[1] + zeta * error_rate[1] * feedback,
+            self.bias[2] + zeta * error_rate[2] * feedback,
         )
         rate = (gyr[0] - self.bias[0], gyr[1] - self.bias[1], gyr[2] - self.bias[2])
         if self.integration == "exponential":
             corrected = (
-                rate[0] - beta * error_rate[0],
-                rate[1] - beta * error_rate[1],
-                rate[2] - beta * error_rate[2],
+                rate[0] * dt - self.beta * error_rate[0] * feedback,
+                rate[1] * dt - self.beta * error_rate[1] * feedback,
+                rate[2] * dt - self.beta * error_rate[2] * feedback,
             )
-            self.q = gyro_step(q, corrected, dt, "exponential")
+            self.q = gyro_step(q, corrected, 1.0, "exponential")
         else:
             d = multiply(q, (0.0, rate[0], rate[1], rate[2]))  # twice Çoçoli (18)
             self.q = normalize(
                 (
-                    q[0] + dt * (0.5 * d[0] - beta * g[0]),  # Çoçoli (17) with ‖∇f‖, and (19)
-                    q[1] + dt * (0.5 * d[1] - beta * g[1]),
-                    q[2] + dt * (0.5 * d[2] - beta * g[2]),
-                    q[3] + dt * (0.5 * d[3] - beta * g[3]),
+                    q[0] + dt * 0.5 * d[0] - feedback * self.beta * g[0],  # Çoçoli (17) with ‖∇f‖, and (19)
+                    q[1] + dt * 0.5 * d[1] - feedback * self.beta * g[1],
+                    q[2] + dt * 0.5 * d[2] - feedback * self.beta * g[2],
+                    q[3] + dt * 0.5 * d[3] - feedback * self.beta * g[3],
                 )
             )
 
-    def _direction(self, acc: Vec3 | None, mag: Vec3 | None) -> tuple[Quat, float]:
+    def _direction(self, acc: Vec3 | None, mag: Vec3 | None, weights: Weights) -> tuple[Quat, float]:
         """Unit gradient in the internal ENU, or zero where there is none to follow; and the gradient's length."""
         north_on_x = multiply(FRAMES["NWU"], self.q)
-        whole = raw_gradient(north_on_x, acc, mag)
+        of_acc = weights.acc * raw_gradient(north_on_x, acc, None)
+        whole = of_acc + weights.mag * raw_gradient(north_on_x, None, mag)
         # Of the accelerometer's part only a share counts, and the step gets shorter by what is left out.
         share = acc_share(acc, self.acc_threshold)
         self.flags = ACC_REJECTED if share == 0 else 0
-        g = whole - (1.0 - share) * raw_gradient(north_on_x, acc, None)
+        g = whole - (1.0 - share) * of_acc
         if self.gradient == "tangent":
             along = np.array(north_on_x)
             g, whole = (v - (v @ along) * along for v in (g, whole))

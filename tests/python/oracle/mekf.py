@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from .base import Filter, Told
 from .gyro_integration import gyro_step
 from .kalman import (
     ACC_REJECTED,
@@ -20,6 +21,7 @@ from .kalman import (
     SATURATION,
     UNKNOWN_ANGLE,
     Array,
+    angle_variance,
     gain,
     inflated,
     joseph,
@@ -48,8 +50,12 @@ REJECTING_INFLATION = 4.0
 VERTICAL_FIELD = 1e-6
 
 
-class MEKF:
+class MEKF(Filter):
     """State: attitude and bias b; error [δ, b - b̂] with covariance P (6, 6)."""
+
+    follows_field = True
+    has_covariance = True
+    watched = True
 
     def __init__(
         self,
@@ -84,7 +90,8 @@ class MEKF:
         self.mag_gate, self.mag_recovery = mag_gate, mag_recovery
         self.rest_gyr, self.rest_acc = rest_gyr, rest_acc
         self.rest_time, self.rest_noise = rest_time, rest_noise
-        self.initial = (initial_inclination**2, initial_inclination**2, initial_heading**2)
+        inclination = angle_variance(initial_inclination**2)
+        self.initial = (inclination, inclination, angle_variance(initial_heading**2))
         self.initial_bias = initial_bias
         self.g = gravity
         self.mag_delay = mag_delay
@@ -133,12 +140,27 @@ class MEKF:
             self.p[i, i] = self.initial[i]
         self.q = q
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def lose_rotation(self, variance: float) -> None:
+        """The attitude is known less."""
+        self.p[:3, :3] += variance * np.eye(3)
+
+    def claimed(self) -> tuple[float, float]:
+        """Variances of the error's two tilts, the larger one, and of its turn."""
+        return max(float(self.p[0, 0]), float(self.p[1, 1])), float(self.p[2, 2])
+
+    def reopen(self, bias: Vec3) -> None:
+        """Start anew; what is known of field and rest stays."""
+        self.p = np.diag([*self.initial, *[self.initial_bias**2] * 3])
+        self.b = np.array(bias)
+        self.mean_acc = np.zeros(2)
+        self.rejected_time = 0.0
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample: prediction, then specific force, field and rest, then injection and reset."""
         self.innovation = np.full(3, np.nan)
         self.nis = np.full(2, np.nan)
         self.flags = 0
-        r = self._predict(gyr, dt)
+        r = self._predict(gyr, dt, told.lost)
         self.acc_interval = min(self.acc_interval + dt, LONGEST_INTERVAL)
         self.mag_interval = min(self.mag_interval + dt, LONGEST_INTERVAL)
         resting = self._resting(np.array(gyr), acc, dt)
@@ -152,14 +174,15 @@ class MEKF:
             x = self._rest_update(x, np.array(gyr), dt)
         self._inject(x)
 
-    def _predict(self, gyr: Vec3, dt: float) -> Array:
+    def _predict(self, gyr: Vec3, dt: float, lost: bool) -> Array:
         """Attitude and covariance over dt; returns the new rotation matrix."""
         rate = np.array(gyr) - self.b
         before = rotation(self.q)
         self.q = gyro_step(self.q, triple(rate), dt, "exponential")
         after = rotation(self.q)
         f = np.eye(6)
-        f[:3, 3:] = -dt / 2 * (before + after)  # dδ/dt = -R (b - b̂), by the trapezoidal rule
+        if not lost:  # a rotation that was lost shows nothing of the bias
+            f[:3, 3:] = -dt / 2 * (before + after)  # dδ/dt = -R (b - b̂), by the trapezoidal rule
         noise = np.repeat([self.gyr_noise**2, self.bias_noise**2], 3)
         self.p = f @ self.p @ f.T + dt * np.diag(noise)
         if dt > 0.0:

@@ -8,6 +8,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from .base import Filter, Told
 from .gyro_integration import gyro_step
 from .kalman import (
     ACC_REJECTED,
@@ -83,8 +84,12 @@ class Axis:
         return added
 
 
-class SelfCalKF:
+class SelfCalKF(Filter):
     """Attitude, the mean of the other states, and the covariance of the error."""
+
+    follows_field = True
+    has_covariance = True
+    watched = True
 
     def __init__(self, **params: float) -> None:
         self.k = Parameters(**params)
@@ -142,7 +147,24 @@ class SelfCalKF:
         self.block = Block()
         self.q = q
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def lose_rotation(self, variance: float) -> None:
+        """The attitude is known less from the end of the block on."""
+        self.block.slip += variance
+
+    def claimed(self) -> tuple[float, float]:
+        """Variances of the error's two tilts, the larger one, and of its turn."""
+        return max(float(self.p[0, 0]), float(self.p[1, 1])), float(self.p[TURN, TURN])
+
+    def reopen(self, bias: Vec3) -> None:
+        """Start anew, but for the field and the magnetometer's delay; their variances too are those of the start."""
+        self.p = np.diag(self.initial)
+        self.x[BIAS:MATRIX] = bias
+        self.x[MATRIX:GRAVITY] = self.x[IRON:HORIZONTAL] = 0.0
+        self.x[GRAVITY] = self.k.gravity
+        self.block = Block()
+        self.level, self.level_time = np.zeros(3), 0.0
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample: turn the attitude, add to the block, and end it where it is long enough."""
         self.flags = 0
         k, block = self.k, self.block
@@ -155,7 +177,8 @@ class SelfCalKF:
         others = [any(moved[:i] + moved[i + 1 :]) for i in range(3)]
         seen_by = zip(self.axes, gyr, others, strict=True)
         clipped = np.array([axis.see(value, other, k.gyr_range, dt) for axis, value, other in seen_by])
-        block.turns(r, omega, np.where(clipped > 0.0, 0.0, rate) * dt, turning, dt)
+        shown = np.where(clipped > 0.0, 0.0, rate)
+        block.turns(r, omega, shown, turning, dt, lost=told.lost)
         block.clipped += r @ np.diag(clipped) @ r.T
         block.slip += self.slip.step(turning, dt)
 

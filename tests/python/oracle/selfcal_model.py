@@ -63,7 +63,9 @@ class Parameters:
         sigma += [self.initial_matrix] * 9 + [self.initial_velocity] * 3 + [self.initial_acc_bias] * 3
         sigma += [self.initial_gravity] + [self.initial_hard_iron] * 3 + [self.disturbance] * 3
         sigma += [self.initial_field] * 2 + [self.initial_delay]
-        return np.array(sigma) ** 2
+        variances = np.array(sigma) ** 2
+        variances[: TURN + 1] = np.minimum(variances[: TURN + 1], UNKNOWN_ANGLE)
+        return variances
 
     def largest_variances(self) -> Array:
         """The largest of all states."""
@@ -98,13 +100,18 @@ class Block:
         self.matrix = np.zeros((3, 9))
         self.gyr, self.force, self.field, self.field_change = (np.zeros(3) for _ in range(4))
 
-    def turns(self, r: Array, omega: Array, angle: Array, turning: Array, dt: float) -> None:
-        """Turn for dt (s) at a corrected rate; `angle` is (ω − b) dt, without what is clipped."""
+    def turns(self, r: Array, omega: Array, rate: Array, turning: Array, dt: float, *, lost: bool = False) -> None:
+        """Turn for dt (s) at a corrected rate; `rate` is ω − b, without what is clipped.
+
+        A turn that was lost shows nothing of the gyroscope's errors.
+        """
         self.time += dt
-        self.turn += r * dt
-        self.matrix += (r[:, :, None] * angle).reshape(3, 9)
-        self.rate2 += float(turning @ turning) * dt
         self.gyr += omega * dt
+        if lost:
+            return
+        self.turn += r * dt
+        self.matrix += (r[:, :, None] * rate * dt).reshape(3, 9)
+        self.rate2 += float(turning @ turning) * dt
 
     def pushes(self, r: Array, force: Array, x: Array, dt: float) -> bool:
         """Add a specific force that stands for dt (s); False where it is beyond what counts."""

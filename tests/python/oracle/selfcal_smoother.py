@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve, solve_triangular
 
-from .driver import ACC_MISSING, GYR_HELD, MAG_MISSING, NOT_ALIGNED, Driver, OracleResult, measured, rows, time_steps
+from .base import Told
+from .driver import ACC_MISSING, GYR_HELD, MAG_MISSING, NOT_ALIGNED, Driver, OracleResult, Settings, rows, time_steps
 from .gyro_integration import gyro_step
 from .kalman import MAG_REJECTED, REST, Array, reported, rotation, saturated, triple
 from .selfcal import SelfCalKF
@@ -43,7 +44,7 @@ from .selfcal_model import (
     detected,
     find_clipped,
 )
-from .so3 import Quat, Vec3, conjugate, exp_half, multiply, normalize, rotation_vector
+from .so3 import Quat, Vec3, conjugate, exp_half, multiply, normal, normalize, rotation_vector
 
 #: How often the trajectory is smoothed, at least and at most, and the correction (rad) that is small enough to end.
 PASSES, MOST_PASSES, CONVERGED = 2, 8, 0.01
@@ -76,16 +77,22 @@ class SmootherParameters(Parameters):
 
 
 class Causal(SelfCalKF):
-    """The filter, and the rates that it was given: where rows are missing, the held ones."""
+    """The filter, and the rates that it was given: where rows are missing, the held ones.
+
+    The driver knows of it neither covariance nor bias.
+    """
+
+    has_covariance = False
+    watched = False
 
     def __init__(self, **params: float) -> None:
         super().__init__(**params)
         self.rates: list[Array] = []
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample."""
         self.rates.append(np.array(gyr))
-        super().step(gyr, acc, mag, dt)
+        super().step(gyr, acc, mag, dt, told)
 
 
 @dataclass
@@ -129,7 +136,7 @@ class Samples:
                 dt, (rate, turning) = self.dt[i], corrected(self.rates[i], node.x)
                 q = gyro_step(q, triple(turning), dt, "exponential")
                 r, turning = rotation(q), saturated(turning, 1e4)
-                block.turns(r, self.rates[i], rate * dt, turning, dt)
+                block.turns(r, self.rates[i], rate, turning, dt)
                 block.slip += slip.step(turning, dt)
                 since = min(since + dt, LONGEST_FORCE)
                 if (force := self.acc[i]) is not None:
@@ -284,7 +291,7 @@ class SelfCalSmoother:
         """All outputs of a recording; rows of NaN are missing."""
         k, count = self.k, len(np.asarray(gyr))
         usable = [
-            [np.array(v) if measured(v) else None for v in rows(*named, count)]
+            [np.array(v) if v is not None and normal(v) else None for v in rows(*named, count)]
             for named in (("acc", acc), ("mag", mag))
         ]
         norm = median([float(np.linalg.norm(v)) for v in usable[1] if v is not None])
@@ -292,7 +299,7 @@ class SelfCalSmoother:
         dt = time_steps(count, t, rate, False, False)
 
         causal = Causal(**{**asdict(k), "latency": 0.0})
-        driver = Driver(causal, None, "ENU", 0.0, gyr_hold)
+        driver = Driver(causal, None, Settings(gyr_hold=gyr_hold))
         none = (math.nan, math.nan, math.nan)
         quats, missing = [], []
         for omega, force, field, step in zip(rows("gyr", gyr, count), usable[0], fields, dt, strict=True):

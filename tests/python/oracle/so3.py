@@ -6,6 +6,7 @@ accurate everywhere; none is chosen for speed.
 """
 
 import math
+import sys
 
 Quat = tuple[float, float, float, float]
 Vec3 = tuple[float, float, float]
@@ -68,6 +69,11 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
 def squared_norm(v: Vec3) -> float:
     """v·v; may overflow to inf or be NaN, as the driver's validity rule expects."""
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+
+
+def normal(v: Vec3) -> bool:
+    """Whether the squared norm is finite and a normal number: such a vector has a direction."""
+    return sys.float_info.min <= squared_norm(v) < math.inf
 
 
 def unit(v: Vec3) -> Vec3:

@@ -2,6 +2,7 @@
 
 import math
 
+from .base import Filter, Told
 from .so3 import Quat, Vec3, from_euler, to_euler, wrap
 
 SOURCES = ("acc", "gyr")
@@ -36,13 +37,14 @@ def euler_rate_step(angles: Vec3, rate: Vec3, dt: float) -> Vec3:
     return (wrap(roll + roll_rate * dt), wrap(pitch + pitch_rate * dt), wrap(yaw + yaw_rate * dt))
 
 
-class Trigonometric:
+class Trigonometric(Filter):
     """Euler angles from the accelerometer (source "acc") or from Euler rates (source "gyr")."""
 
     def __init__(self, *, source: str = "acc") -> None:
         if source not in SOURCES:
             raise ValueError(f"source: expected one of {SOURCES}, got {source!r}")
         self.source = source
+        self.realigned = source == "gyr"
         self.roll = self.pitch = self.yaw = 0.0
 
     @property
@@ -54,7 +56,7 @@ class Trigonometric:
         """Take over an attitude."""
         self.roll, self.pitch, self.yaw = to_euler(q)
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample; mag is not used. With source "acc" an accelerometer sample leaves the yaw as it is."""
         if self.source == "acc" and acc is not None:
             roll, self.pitch = acc_angles(acc)

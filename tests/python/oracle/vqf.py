@@ -5,14 +5,28 @@ from typing import Any
 
 import numpy as np
 
+from .base import Filter, Told
 from .gyro_integration import gyro_step
 from .low_pass import LowPass
-from .so3 import IDENTITY, Quat, Vec3, about_z, before, conjugate, multiply, normalize, rotate, shortest_to_z, unit
+from .so3 import (
+    IDENTITY,
+    Quat,
+    Vec3,
+    about_z,
+    before,
+    conjugate,
+    matrix,
+    multiply,
+    normalize,
+    rotate,
+    shortest_to_z,
+    unit,
+)
 
 MAG_REJECTED, REST, RECOVERING = 16, 32, 128
 DEGREE = math.pi / 180
-#: What a sample may stand for (s) as evidence of rest or of an undisturbed field; the longest interval (s).
-EVIDENCE, LONGEST = 1.0, 1e6
+#: What a sample may stand for (s) as evidence of rest or of an undisturbed field.
+EVIDENCE = 1.0
 GRAVITY = 9.80665
 
 
@@ -26,26 +40,12 @@ def has_heading(field: Vec3) -> bool:
     return math.hypot(field[0], field[1]) >= 1e-6 * math.hypot(*field)
 
 
-class Interval:
-    """The time since the last measurement; for the first one the step."""
-
-    def __init__(self) -> None:
-        self.waited: float | None = None
-
-    def step(self, dt: float, measured: bool) -> float:
-        interval = min((self.waited or 0.0) + dt, LONGEST)
-        if measured:
-            self.waited = 0.0
-        elif self.waited is not None:
-            self.waited = interval
-        return interval
-
-
-class BasicVQF:
+class BasicVQF(Filter):
     """Gyroscope, inclination and heading, each in a frame of its own."""
 
     OUTPUTS: tuple[str, ...] = ("quat6d", "quat9d", "delta")
     starts_itself = True
+    follows_field = True
 
     def __init__(self, *, tau_acc: float = 3.0, tau_mag: float = 9.0, mag_delay: float = 0.0) -> None:
         self.tau_mag, self.mag_delay = tau_mag, mag_delay
@@ -53,7 +53,6 @@ class BasicVQF:
         self.force = LowPass(tau_acc)
         self.delta = 0.0
         self.least = 1.0  # weight of the next sample of the magnetometer: 1/n at the start, then 0
-        self.acc_interval, self.mag_interval = Interval(), Interval()
 
     @property
     def quat6d(self) -> Quat:
@@ -78,17 +77,20 @@ class BasicVQF:
         level = multiply(about_z(-self.delta), q)
         self.acc_quat = multiply(level, conjugate(self.gyr_quat))
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def realign(self, q: Quat) -> None:
+        """What was measured before a loss says nothing of the inclination any more; δ stays."""
+        self.set_attitude(q)
+        self.force.at(rotate(conjugate(self.acc_quat), (0.0, 0.0, GRAVITY)))
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample."""
         self.turn(gyr, dt)
-        acc_interval = self.acc_interval.step(dt, acc is not None)
-        mag_interval = self.mag_interval.step(dt, mag is not None)
         if acc is not None:
-            self.incline(acc, acc_interval)
+            self.incline(acc, told.acc_interval)
         if mag is not None:
             field = rotate(before(self.quat6d, gyr, self.mag_delay), mag)
             if has_heading(field):
-                self.head(field, weight(self.tau_mag, mag_interval), mag_interval)
+                self.head(field, weight(self.tau_mag, told.mag_interval), told.mag_interval)
 
     def turn(self, rate: Vec3, dt: float) -> None:
         """Strapdown integration into the almost inertial frame."""
@@ -182,7 +184,14 @@ class VQF(BasicVQF):
     def mag_ref_dip(self) -> float:
         return float(self.reference[1])
 
-    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float) -> None:
+    def realign(self, q: Quat) -> None:
+        """The attitude that the bias' estimate has seen is the new one."""
+        super().realign(q)
+        r = np.array(matrix(self.quat6d))
+        self.rotation_filter.at(r.ravel())
+        self.earth_bias_filter.at((r @ self.bias)[:2])
+
+    def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample, in the package's order: gyroscope, accelerometer, magnetometer."""
         p = self.p
         self.flags = 0
@@ -193,23 +202,21 @@ class VQF(BasicVQF):
             turning = off >= p["rest_th_gyr"] * DEGREE or np.abs(self.slow_gyr).max() > p["bias_clip"] * DEGREE
         self.turn(as_vec3(np.subtract(gyr, self.bias)), dt)
 
-        acc_interval = self.acc_interval.step(dt, acc is not None)
-        mag_interval = self.mag_interval.step(dt, mag is not None)
         if p["rest_bias_est_enabled"]:
-            self.detect_rest(turning, acc, acc_interval, dt)
+            self.detect_rest(turning, acc, told.acc_interval, dt)
         if acc is not None:
-            up = self.incline(acc, acc_interval)
-            if p["motion_bias_est_enabled"] or p["rest_bias_est_enabled"]:
-                self.estimate_bias(up, acc_interval)
+            up = self.incline(acc, told.acc_interval)
+            if (p["motion_bias_est_enabled"] or p["rest_bias_est_enabled"]) and not told.recovering:
+                self.estimate_bias(up, told.acc_interval)
         field = None
         if mag is not None:
             rate = as_vec3(np.subtract(gyr, self.bias))
             field = rotate(before(self.quat6d, rate, self.mag_delay), mag)
         if field is not None and has_heading(field):
-            k = weight(self.tau_mag, mag_interval)
+            k = weight(self.tau_mag, told.mag_interval)
             if p["mag_dist_rejection_enabled"]:
-                k = self.judge_field(field, mag_interval, k)
-            self.head(field, k, mag_interval)
+                k = self.judge_field(field, told.mag_interval, k)
+            self.head(field, k, told.mag_interval)
         self.flags |= REST if self.rest else 0
 
     def detect_rest(self, turning: bool, acc: Vec3 | None, interval: float, dt: float) -> None:
@@ -226,7 +233,7 @@ class VQF(BasicVQF):
     def estimate_bias(self, up: Vec3, interval: float) -> None:
         """A Kalman filter of three constants, solved as a whole."""
         p = self.p
-        r = np.array([rotate(self.quat6d, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]).T
+        r = np.array(matrix(self.quat6d))
         slow_r = self.rotation_filter.step(r.ravel(), interval).reshape(3, 3)
         slow_bias = self.earth_bias_filter.step((r @ self.bias)[:2], interval)
         if interval == 0:
