@@ -111,7 +111,8 @@ class Cells:
 
     def _side_by_side(self, sets: list[int], which: list[int], count: Count | None) -> None:
         """By the native engine, which keeps the errors alone."""
-        errors, done, error = self.filter(**self.settings)._sweep(
+        made = self.filter(**self.settings)
+        errors, done, error = made._sweep(
             [self.filter._encoded(self.sets[p]) for p in sets],
             [self._trials[r] for r in which],
             self._name,

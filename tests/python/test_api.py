@@ -291,6 +291,8 @@ def test_status_has_the_bits_of_the_documentation() -> None:
         "REST": 32,
         "NOT_ALIGNED": 64,
         "RECOVERING": 128,
+        "GAP": 256,
+        "REPEATED": 512,
     }
     assert issubclass(ar.Status, enum.IntFlag)
     assert {bit.name: int(bit) for bit in ar.Status} == expected

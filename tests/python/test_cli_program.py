@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +23,8 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_version_and_help_succeed(capsys: Capture) -> None:
-    assert output_of(capsys, "--version") == f"ahrs-rs {ar.__version__}\n"
+    version = output_of(capsys, "--version")
+    assert re.fullmatch(rf"ahrs-rs {re.escape(ar.__version__)} \([a-z0-9]+\)\n", version)
     assert "compare" in output_of(capsys, "--help")
     for command in ("run", "compare", "filters", "simulate", "demo"):
         assert output_of(capsys, command, "--help").startswith(f"usage: ahrs-rs {command} ")

@@ -13,6 +13,7 @@ import sys
 from typing import NoReturn
 
 import ahrs_rs
+from ahrs_rs import _native
 from ahrs_rs._printable import printable
 from ahrs_rs.cli._common import CliError
 from ahrs_rs.cli._signals import interruptible
@@ -110,7 +111,8 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"ahrs-rs {ahrs_rs.__version__}")
+    version = f"ahrs-rs {ahrs_rs.__version__} ({_native.INSTRUCTIONS})"
+    parser.add_argument("--version", action="version", version=version)
     parser.set_defaults(function=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     for name in COMMANDS if command is None else [command]:
