@@ -62,6 +62,13 @@ def test_the_sensor_rotation_law_is_one_that_the_registry_knows(case: Case) -> N
     assert bool(reason) == (law == "no"), "a filter without the law says why, one with it has nothing to say"
 
 
+@each_streaming_filter
+def test_an_oracle_follows_what_its_filter_follows(name: str) -> None:
+    assert ORACLES[name].follows_field == ar.FILTERS[name].MAGNETOMETER
+    reports = "covariance" in ar.FILTERS[name].OUTPUTS and name != "EKF"  # which is not told of losses
+    assert ORACLES[name].has_covariance == reports
+
+
 def test_the_oracles_are_those_of_the_registry() -> None:
     if set(ORACLES) != set(STREAMING):
         pytest.fail(f"oracles without a filter: {sorted(set(ORACLES) - set(STREAMING))}")

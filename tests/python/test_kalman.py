@@ -111,6 +111,8 @@ def any_signals(draw: st.DrawFn) -> tuple[Signals, bool]:
     return signals, draw(st.booleans(), label="nine")
 
 
+#: Gaps of a minute, again and again, look like stamps in packets.
+@pytest.mark.filterwarnings("ignore::ahrs_rs.DataWarning")
 @DTYPES
 @given(drawn=any_signals())
 @settings(max_examples=150)

@@ -108,7 +108,7 @@ def test_six_axes_with_jitter_gaps_and_linear_hold_in_ned(case: Case) -> None:
 
 @cache
 def late_magnetometer(level: bool) -> Inputs:
-    signals = gappy(motion(SAMPLES, 4, level=level, jitter=True), 5).without(mag=slice(0, 700)).rounded()
+    signals = gappy(motion(SAMPLES, 4, level=level, jitter=True), 26).without(mag=slice(0, 700)).rounded()
     q0 = multiply(signals.before, quats(turns_by(0.3, 1, 6))[0])
     return Inputs(signals, use_t=True, settings={"frame": "NWU", "declination": -0.3, "q0": q0})
 

@@ -35,9 +35,12 @@ def spans(*rows: tuple[int, int]) -> NDArray[np.intp]:
 
 @cache
 def held_rates(_: bool) -> Inputs:
-    """Rates are missing: at rest, in motion, for too short to count, and at rest for long and without a field."""
+    """Rates are missing: at rest, in motion, for long and without a field.
+
+    And for so short that nothing is aligned (0.07 s), or nothing begins (0.03 s).
+    """
     signals = hand_held().without(
-        gyr=spans((100, 140), (600, 640), (900, 904), (1700, 1800), (2100, 2160)),
+        gyr=spans((100, 140), (600, 640), (900, 907), (1300, 1303), (1700, 1800), (2100, 2160)),
         acc=spans((1790, 1830)),
         mag=spans((1790, 1960), (2150, 2230)),
     )

@@ -66,7 +66,7 @@ FRAMES: dict[str, Quat] = {
 
 @dataclass(frozen=True)
 class OracleResult:
-    """Attitudes (T, 4), gyroscope biases (T, 3) in rad/s or None, status bits (T,) as uint8, outputs (T, ...)."""
+    """Attitudes (T, 4), gyroscope biases (T, 3) in rad/s or None, status bits (T,) as uint16, outputs (T, ...)."""
 
     quat: NDArray[np.float64]
     gyr_bias: NDArray[np.float64] | None
