@@ -98,6 +98,8 @@ pub struct Sample<S: Scalar> {
     pub recovering: S::Mask,
     /// True where no measurement of any lane stands for more than the step.
     pub prompt: bool,
+    /// The usual step in s, at least this one: that of a regular clock is the step.
+    pub usual: S,
 }
 
 /// How much the measurements of a sample count beside each other, and the time that they stand for.
@@ -137,11 +139,11 @@ impl<S: Scalar> Sample<S> {
 }
 
 impl<S: Scalar> Measured<S> {
-    /// How many steps of the gyroscope the measurement stands for, in the sample of which it is.
+    /// How many usual steps of the gyroscope the measurement stands for: one where it comes with each of them.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn steps(&self, dt: S) -> S {
-        let late = self.valid & dt.lt(self.interval) & S::zero().lt(dt);
-        if late.any() { S::select(late, self.interval / dt, S::one()) } else { S::one() }
+    pub fn steps(&self, usual: S) -> S {
+        let late = self.valid & usual.lt(self.interval) & S::zero().lt(usual);
+        if late.any() { S::select(late, self.interval / usual, S::one()) } else { S::one() }
     }
 }
 

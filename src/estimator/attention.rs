@@ -26,6 +26,8 @@ pub struct Attended<S: Scalar> {
     pub lost: S::Mask,
     /// Where the attitude has not been found again since a loss.
     pub recovering: S::Mask,
+    /// The longest usual step before this one.
+    pub longest: S,
 }
 
 impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
@@ -59,15 +61,16 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         let dt = self.usable_step(dt);
         let mut flags = Flags::none();
         // The step itself takes it once more.
-        let Taken { gyr, acc, mag, .. } =
-            self.intake.clone().take(reading, self.started, self.losses.longest(), dt, &mut flags);
+        let longest = self.losses.longest();
+        let Taken { gyr, acc, mag, .. } = self.intake.clone().take(reading, self.started, longest, dt, &mut flags);
         self.turn_frame(&acc, &mag);
         let known = !flags.gyr_held & self.losses.is_within_range(gyr);
         let loss = self.losses.lose(known, reading.gyr_norm2, dt);
+        let counts = loss.counts();
         if loss.lost.any() {
             self.filter.lose_rotation(loss.lost, loss.added);
             if self.filter.is_realigned() {
-                self.recovery = self.recovery.lose(loss.lost & self.inclined, loss.total);
+                self.recovery = self.recovery.lose(counts & self.inclined, loss.total);
                 self.recovers = self.recovery.active().any();
             }
         }
@@ -79,20 +82,22 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             lost: loss.lost,
             recovering: self.recovery.active(),
             prompt: false,
+            usual: longest.max(dt),
         };
         if F::WATCHED {
             self.watch(&sample, dt);
         }
         let recovering = self.recovery.active();
         if self.recovers {
-            self.recover(&sample, dt);
+            // What hides little turns by the rate that is held.
+            self.recover(!counts, &sample, dt);
         }
-        self.attended = Some(Attended { gap: loss.gap, lost: loss.lost, recovering });
+        self.attended = Some(Attended { gap: loss.gap, lost: loss.lost, recovering, longest });
     }
 
-    /// Aligns the attitude where there have been enough samples since the loss, and takes this one.
+    /// Aligns the attitude where there have been enough samples since the loss, and takes this one where the mask is true.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn recover(&mut self, sample: &Sample<S>, dt: S) {
+    fn recover(&mut self, lanes: S::Mask, sample: &Sample<S>, dt: S) {
         let [ready, over] = self.recovery.ready();
         if (ready | over).any() {
             let q = self.filter.attitude();
@@ -116,7 +121,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             self.recovery.end(ready | over);
         }
         let rate = sample.gyr - self.filter.gyr_bias();
-        self.recovery = self.recovery.step(!sample.lost, *sample, rate, dt);
+        self.recovery = self.recovery.step(lanes, *sample, rate, dt);
         self.recovers = self.recovery.active().any();
     }
 
@@ -136,8 +141,9 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             sample.mag.valid = S::Mask::splat(false);
         }
         let lost = self.monitor.look(due & !recovering, &sample, q, self.filter.claimed(), bias);
-        if (lost | recovering).any() {
-            self.monitor = self.monitor.restart(lost | recovering);
+        let restarts = lost | (due & recovering);
+        if restarts.any() {
+            self.monitor = self.monitor.restart(restarts);
         }
         if lost.any() {
             self.filter.reopen(lost, self.monitor.bias());

@@ -20,6 +20,8 @@ const LEAST_RATE: f64 = 2.0;
 const LARGEST_RATE: f64 = 100.0;
 /// The time T in s that a rate lasts.
 const RATE_TIME: f64 = 0.2;
+/// A loss counts where the standard deviation of its rotation is above this many rad (1°).
+const COUNTING: f64 = 0.017453292519943295;
 /// A reading counts as at the end of the range from this part of it on.
 const AT_RANGE: f64 = 0.995;
 
@@ -52,6 +54,14 @@ pub struct Loss<S: Scalar> {
     pub added: S,
     /// That of the whole loss so far.
     pub total: S,
+}
+
+impl<S: Scalar> Loss<S> {
+    /// Where it is so large by now that the attitude has to be found again.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn counts(&self) -> S::Mask {
+        self.lost & S::of(COUNTING * COUNTING).le(self.total)
+    }
 }
 
 impl<S: Scalar> Default for Losses<S> {

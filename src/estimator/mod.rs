@@ -179,7 +179,8 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     pub fn go_on(&mut self, reading: &Reading<S>, dt: S) -> Output<S> {
         let mut flags = Flags::none();
         let dt = self.usable_step(dt);
-        let longest = self.losses.longest();
+        let attended = self.attended.take();
+        let longest = attended.map_or(self.losses.longest(), |attended| attended.longest);
         let Taken { gyr, acc, mag, prompt } = self.intake.take(reading, self.started, longest, dt, &mut flags);
         self.turn_frame(&acc, &mag);
         // What aligns is no measurement for the filter, unless it starts by itself.
@@ -191,8 +192,9 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             lost: S::Mask::splat(false),
             recovering: S::Mask::splat(false),
             prompt,
+            usual: longest.max(dt),
         };
-        if let Some(attended) = self.attended.take() {
+        if let Some(attended) = attended {
             (flags.gap, sample.lost, sample.recovering) = (attended.gap, attended.lost, attended.recovering);
         } else {
             self.losses.pass(reading.gyr_norm2, dt);

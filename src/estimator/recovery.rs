@@ -13,8 +13,6 @@ use crate::filter::Sample;
 use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3, rotate_by};
 
-/// A loss counts where the standard deviation of its rotation is above this many rad (1°).
-const COUNTING: f64 = 0.017453292519943295;
 /// The sensor is quiet where it turns more slowly than this, in rad/s, and the norm of its specific force is that of gravity to
 /// this part.
 const QUIET_RATE: f64 = 0.2;
@@ -59,13 +57,12 @@ impl<S: Scalar> Recovery<S> {
         S::zero().lt(self.unknown)
     }
 
-    /// A rotation of this variance has been lost where the mask is true: what was measured before says nothing any more.
+    /// A rotation of this variance that counts has been lost where the mask is true: what was measured before says nothing any more.
     #[cold]
     #[inline(never)]
     #[must_use]
     pub fn lose(mut self, lanes: S::Mask, variance: S) -> Self {
-        let counts = lanes & S::of(COUNTING * COUNTING).le(variance);
-        self.unknown = S::select(counts, variance.max(self.unknown), self.unknown);
+        self.unknown = S::select(lanes, variance.max(self.unknown), self.unknown);
         self.restart(lanes);
         self
     }

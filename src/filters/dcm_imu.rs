@@ -169,7 +169,7 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             let std = self.params.acc_std;
             // R is that of a sample at the gyroscope's rate.
             let variance = a.norm2().sqrt() * (self.params.acc_motion * self.params.acc_motion) + std * std;
-            let variance = variance / sample.acc.steps(dt);
+            let variance = variance / sample.acc.steps(sample.usual);
             let nis_x = self.error.measure::<0, 1>(valid, [g], a.x, variance); // (9), (A.6)
             let nis_y = self.error.measure::<1, 1>(valid, [g], a.y, variance);
             let nis = nis_x + nis_y + self.error.measure::<2, 1>(valid, [g], a.z, variance);

@@ -224,7 +224,7 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             self.report(0, shown, innovation, nis);
         }
         // V is that of a sample at the gyroscope's rate.
-        let (acc_steps, mag_steps) = (sample.acc.steps(dt), sample.mag.steps(dt));
+        let (acc_steps, mag_steps) = (sample.acc.steps(sample.usual), sample.mag.steps(sample.usual));
         let (v_acc, v_mag) = (v_acc.map(|v| v / acc_steps), v_mag.map(|v| v / mag_steps));
         let valid = sample.acc.valid;
         if valid.any() {

@@ -117,7 +117,7 @@ impl<S: Scalar> Filter<S> for LinearKalman<S> {
         let (measured, roll_defined) = accelerometer_angles(sample.acc.unit, predicted);
         let valid = sample.acc.valid;
         // R is that of a sample at the gyroscope's rate.
-        let variance = self.params.angle_variance / sample.acc.steps(dt);
+        let variance = self.params.angle_variance / sample.acc.steps(sample.usual);
         let mut angles = predicted;
         angles.roll = angles.roll
             + self.roll.correct(&self.params, valid & roll_defined, wrap(measured.roll - predicted.roll), variance);

@@ -19,13 +19,14 @@ class Told:
     """Of one sample: the times in s that its measurements stand for; the step where there is none.
 
     `lost` is true where the rate is not that of the whole step, `recovering` while the attitude has not been found
-    again since a loss.
+    again since a loss; `usual` is the usual step in s, or this one where it is longer.
     """
 
     acc_interval: float
     mag_interval: float
     lost: bool = False
     recovering: bool = False
+    usual: float = 0.0
 
     def weights(self, dt: float) -> Weights:
         """Those of docs/losses.md: T_a/T, T_m/T and T, the longer one of the two."""
@@ -35,9 +36,9 @@ class Told:
         return Weights(self.acc_interval / time, self.mag_interval / time, time)
 
 
-def steps(interval: float, dt: float) -> float:
-    """How many steps of the gyroscope a measurement stands for."""
-    return interval / dt if 0.0 < dt < interval else 1.0
+def steps(interval: float, usual: float) -> float:
+    """How many usual steps (s) of the gyroscope a measurement stands for."""
+    return interval / usual if 0.0 < usual < interval else 1.0
 
 
 class Filter:

@@ -117,7 +117,7 @@ class DcmImu(Filter):
             force = saturated(np.array(acc), SATURATION * self.g)
             nu = force - self.g * self.c3  # (A.5); the same vector is a of (12)
             variance = float(np.linalg.norm(nu)) * self.acc_motion**2 + self.acc_std**2  # (11)
-            r = variance / steps(told.acc_interval, dt) * np.eye(3)
+            r = variance / steps(told.acc_interval, told.usual) * np.eye(3)
             h = np.hstack([self.g * np.eye(3), np.zeros((3, 3))])  # (9)
             k, s = gain(self.p, h, r)
             correction = k @ nu

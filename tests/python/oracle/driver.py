@@ -143,17 +143,19 @@ class Driver:
         if loss.lost:
             if self.filter.has_covariance:
                 self.filter.lose_rotation(loss.added)
-            if self.filter.realigned and self.inclined:
+            if self.filter.realigned and self.inclined and loss.counts:
                 self.recovery.lose(loss.total)
         if self.filter.watched:
             self._watch(rate, used, dt)
         recovering = self.recovery.active
         if recovering:
-            self._recover(rate, used, told, dt, loss.lost)
+            # What hides little turns by the rate that is held.
+            self._recover(rate, used, told, dt, loss.counts)
 
         # The alignment may have taken the heading away.
         used = self._used(acc, mag)
-        told = Told(acc_interval if used[0] else dt, mag_interval if used[1] else dt, loss.lost, recovering)
+        intervals = acc_interval if used[0] else dt, mag_interval if used[1] else dt
+        told = Told(*intervals, loss.lost, recovering, max(longest, dt))
         self.filter.step(rate, *used, dt, told)
         self.started = True
         self._align(acc, mag)
@@ -225,7 +227,7 @@ class Driver:
             self.recovery.lose(UNKNOWN)
 
     def _recover(self, rate: Vec3, used: tuple[Vec3 | None, Vec3 | None], told: Told, dt: float, lost: bool) -> None:
-        """Align the attitude where there are enough readings; else take this one, if its step is not lost."""
+        """Align the attitude where there are enough readings; else take this one, if no loss that counts goes on."""
         recovery, filter_ = self.recovery, self.filter
         if recovery.quiet or recovery.over:
             q = filter_.q

@@ -165,8 +165,8 @@ class EKF(Filter):
             self.headed = True
         # V is that of a sample at the gyroscope's rate.
         v = {"gyr": self.v["gyr"]}
-        v["acc"] = self.v["acc"] / steps(told.acc_interval, dt)
-        v["mag"] = self.v["mag"] / steps(told.mag_interval, dt)
+        v["acc"] = self.v["acc"] / steps(told.acc_interval, told.usual)
+        v["mag"] = self.v["mag"] / steps(told.mag_interval, told.usual)
         self._update(rows, v)
 
     def _predict(self, dt: float) -> None:

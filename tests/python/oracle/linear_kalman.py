@@ -82,7 +82,7 @@ class LinearKalman(Filter):
         self.nis = np.full(2, np.nan)
         if acc is not None:
             acc_roll, acc_pitch = acc_angles(acc)
-            r = self.r / steps(told.acc_interval, dt)
+            r = self.r / steps(told.acc_interval, told.usual)
             if acc_roll is not None:
                 roll += self._update(0, wrap(acc_roll - roll), r)
             pitch += self._update(1, wrap(acc_pitch - pitch), r)

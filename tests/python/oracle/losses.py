@@ -1,5 +1,6 @@
 """How much of a rotation no step shows: docs/losses.md, "What a step does not show"."""
 
+import math
 from typing import NamedTuple
 
 from .intake import SHORTENING
@@ -11,6 +12,8 @@ GAP = 4.0
 AT_RANGE = 0.995
 #: The largest rate that counts, and the least deviation of an unknown one (rad/s).
 LARGEST_RATE, LEAST_DEVIATION = 100.0, 2.0
+#: The least standard deviation (rad) of a loss that counts.
+COUNTING = math.radians(1.0)
 #: Twice the time in s that a rate lasts.
 RATE_TIME = 0.4
 
@@ -22,6 +25,11 @@ class Loss(NamedTuple):
     lost: bool
     added: float
     total: float
+
+    @property
+    def counts(self) -> bool:
+        """Whether the attitude has to be found again."""
+        return self.lost and self.total >= COUNTING**2
 
 
 class Losses:

@@ -19,8 +19,6 @@ from .so3 import (
 
 GRAVITY = 9.80665
 ZERO: Vec3 = (0.0, 0.0, 0.0)
-#: The least standard deviation (rad) that counts.
-COUNTING = math.radians(1.0)
 #: Rate (rad/s) below which a sensor is quiet, and part by which its specific force may differ from gravity.
 QUIET_RATE, QUIET_FORCE = 0.2, 0.1
 #: How long (s) it has to be quiet, and after which time the mean of motion is taken.
@@ -70,9 +68,8 @@ class Recovery:
         return (QUIET_ERROR if self.quiet else MOTION_ERROR) ** 2
 
     def lose(self, variance: float) -> None:
-        """A rotation was lost: what was measured before it says nothing any more."""
-        if variance >= COUNTING**2:
-            self.unknown = max(self.unknown, variance)
+        """A rotation that counts was lost: what was measured before it says nothing any more."""
+        self.unknown = max(self.unknown, variance)
         self._restart()
 
     def end(self) -> None:
