@@ -153,7 +153,7 @@ def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
     t : (T,) s, or None.
     """
     found = []
-    if _are_rows(acc):
+    if _are_rows(acc) and not _within(_squares(acc), *ACC):
         wrong = doubt("acc", _some(acc))
         likely = likely_unit("acc", _some(acc)) if wrong else None
         if likely:
@@ -165,14 +165,17 @@ def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
         if likely:
             found.append(f"t: {wrong}; the stamps look like {likely}")
     if _are_rows(gyr):
-        wrong = doubt("gyr", _some(gyr))
+        squares = _squares(gyr)
+        usual = not squares.size or squares.item(-1) <= GYR * GYR
+        wrong = None if usual else doubt("gyr", _some(gyr))
         if wrong is not None:
             found.append(f"gyr: {wrong}; it looks like {likely_unit('gyr', _some(gyr))}")
-        elif type(t) is np.ndarray and looks_like_degrees(gyr, acc, t):
+        elif type(t) is np.ndarray and not _within(squares, 0.0, FAST) and looks_like_degrees(gyr, acc, t):
             found.append("gyr: the accelerometer turns by π/180 of the angular rate, which looks like deg/s")
     return found
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def looks_like_degrees(gyr: NDArray[Any], acc: NDArray[Any], t: FloatArray) -> bool:
     """Whether the accelerometer shows the turns of the gyroscope as π/180 of what they are as rad/s.
 
@@ -185,7 +188,7 @@ def looks_like_degrees(gyr: NDArray[Any], acc: NDArray[Any], t: FloatArray) -> b
     if not norms.size or not median(norms) > FAST:
         return False
     pairs = np.arange(1, len(gyr), max(len(gyr) // PAIRS, 1))
-    known = ~np.isnan(np.hstack([gyr[pairs], acc[pairs], acc[pairs - 1]])).any(axis=1)
+    known = np.isfinite(np.hstack([gyr[pairs], acc[pairs], acc[pairs - 1]])).all(axis=1)
     pairs = pairs[known]
     if len(pairs) < FEWEST_ROWS:
         return False
@@ -210,6 +213,22 @@ def _directions(acc: NDArray[Any]) -> FloatArray:
 def _are_rows(values: Any) -> bool:
     rows = type(values) is np.ndarray and values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind in "fiu"
     return rows and len(values) >= FEWEST_ROWS
+
+
+def _squares(values: NDArray[Any]) -> FloatArray:
+    """Squared norms of a few of the rows in order, those that are finite: for most runs no roots are needed."""
+    some = np.asarray(_some(values), dtype=np.float64)
+    squares: FloatArray = np.einsum("ij,ij->i", some, some)
+    squares.sort()  # NaN last
+    if not squares.item(-1) < math.inf:
+        squares = squares[: squares.searchsorted(math.inf)]
+    return squares
+
+
+def _within(squares: FloatArray, low: float, high: float) -> bool:
+    """Whether the middle of the norms is surely in a range; none at all is."""
+    count = len(squares)
+    return not count or (low * low <= squares.item((count - 1) // 2) and squares.item(count // 2) <= high * high)
 
 
 def _some(values: NDArray[Any]) -> NDArray[Any]:

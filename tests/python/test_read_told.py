@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import ahrs_rs as ar
+from ahrs_rs import _plausible
 from commands import Capture, error_of, output_of
 from reading import told
 
@@ -197,3 +198,31 @@ def test_a_run_doubts_arrays_that_are_in_degrees(tmp_path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ar.VQF(rate=RATE).run(gyr, acc, t=t)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize(("sensor", "limit"), [("acc", 2.0), ("gyr", 100.0)])
+def test_a_run_doubts_what_a_file_doubts(sensor: str, limit: float, dtype: type) -> None:
+    """Readings of all sizes about a limit, some missing or far beyond: most are judged by their squares alone."""
+    rng = np.random.default_rng(11)
+    for count in (100, 145):  # looked at are 50 rows and 49: an odd number has one in its middle
+        for size in limit * np.array([0.5, 0.99, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.01, 2.0]):
+            rows = rng.standard_normal((count, 3))
+            rows *= size * rng.choice([0.999, 1.0, 1.001], (count, 1)) / np.linalg.norm(rows, axis=1, keepdims=True)
+            rows[rng.random(count) < 0.3] = np.nan
+            rows[::7] *= 1e30
+            rows = rows.astype(dtype)
+            alone = (rows, None) if sensor == "gyr" else (None, rows)
+            found = _plausible.doubts_of_run(*alone, None)
+            wrong = _plausible.doubt(sensor, rows[:: count // 48])
+            told = wrong if wrong and _plausible.likely_unit(sensor, rows[:: count // 48]) else None
+            assert [one.split("; ")[0] for one in found] == ([] if told is None else [f"{sensor}: {told}"])
+
+
+def test_infinite_readings_are_an_error_and_nothing_else() -> None:
+    t, gyr, acc, _ = motion(speed=6.0)  # fast enough to be compared with the accelerometer
+    acc[40] = np.inf
+    with pytest.raises(ValueError, match="acc: expected finite values"):
+        ar.VQF().run(gyr, acc, t=t)
+    acc[40] = 1e200  # a missing measurement
+    ar.VQF().run(gyr, acc, t=t)
