@@ -24,6 +24,8 @@ def vectors(name: str, given: Any) -> Any:
     ValueError
         Columns that are no numbers; it names the argument.
     """
+    if given is None or type(given) is np.ndarray:
+        return given
     library = _library(given)
     if library not in ("pandas", "polars", "pyarrow"):
         return given

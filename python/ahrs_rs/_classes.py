@@ -40,6 +40,7 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
             "NAME": spec["name"],
             "PARAMS": MappingProxyType(params),
             "_DEFAULTS": {name: param.encode(param.default) for name, param in params.items()},
+            "_SHOWN": MappingProxyType({name: param.default for name, param in params.items()}),
             "OUTPUTS": MappingProxyType(outputs),
             "PRESETS": MappingProxyType({name: MappingProxyType(values) for name, values in spec["presets"].items()}),
             "STREAMING": spec["streaming"],

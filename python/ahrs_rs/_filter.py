@@ -5,10 +5,9 @@ from __future__ import annotations
 import inspect
 import operator
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any, ClassVar, Self, cast
+from typing import Any, ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -36,8 +35,13 @@ SETTINGS: Mapping[str, str | float] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+#: The dtypes that are computed in, by themselves: `numpy.dtype.name` is made up at every look.
+_DTYPES = {np.dtype(name): name for name in ("float64", "float32")}
+#: The further outputs of a run that asks for none.
+_NO_EXTRA: Mapping[str, Floats] = MappingProxyType({})
+
+
+class Call(NamedTuple):
     """A run that is about to be made."""
 
     native: tuple[Any, ...]
@@ -74,6 +78,7 @@ class Filter(_native.NativeFilter):
     EQUIVARIANCE: ClassVar[str]
     SOURCE: ClassVar[str]
     _DEFAULTS: ClassVar[dict[str, float]]
+    _SHOWN: ClassVar[Mapping[str, float | str | bool]]
     __signature__: ClassVar[inspect.Signature]
     GYROSCOPE: ClassVar[bool]
     """Whether it cannot do without a gyroscope."""
@@ -114,17 +119,23 @@ class Filter(_native.NativeFilter):
         frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
         repeated = _choice("repeated", repeated, REPEATED)
         self = super().__new__(
-            cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, gyr_range, kind.name
+            cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, gyr_range, _dtype_name(kind)
         )
-        self.rate, self.frame, self.declination, self.gyr_hold = rate, frame, declination, gyr_hold
-        self.repeated, self.dtype = repeated, kind
+        own = self.__dict__  # past `__setattr__`, which lets nothing be changed
+        own["rate"], own["frame"], own["declination"], own["gyr_hold"] = rate, frame, declination, gyr_hold
+        own["repeated"], own["dtype"] = repeated, kind
         if "gyr_range" not in cls.PARAMS:
-            self.gyr_range = gyr_range
+            own["gyr_range"] = gyr_range
+        own["params"] = cls._shown(values) if params else cls._SHOWN
+        return self
+
+    @classmethod
+    def _shown(cls, values: Sequence[float]) -> Mapping[str, float | str | bool]:
+        """The parameters whose numbers these are, as they are written."""
         numbers = zip(cls.PARAMS.items(), values, strict=True)
-        self.params = MappingProxyType(
+        return MappingProxyType(
             {name: value if spec.options is None else spec.options[int(value)] for (name, spec), value in numbers}
         )
-        return self
 
     @classmethod
     def _encoded(cls, params: Mapping[str, Any]) -> list[float]:
@@ -154,7 +165,7 @@ class Filter(_native.NativeFilter):
         super().__setattr__(name, value)
 
     def __repr__(self) -> str:
-        keywords = {**self._keywords(), "dtype": self.dtype.name}
+        keywords = {**self._keywords(), "dtype": _dtype_name(self.dtype)}
         defaults = {"rate": None, **SETTINGS, "dtype": "float64"}
         shown = [f"{key}={value!r}" for key, value in keywords.items() if value != defaults.get(key, ())]
         return f"{type(self).__name__}({', '.join(shown)})"
@@ -165,8 +176,7 @@ class Filter(_native.NativeFilter):
 
     @cached_property
     def _settings(self) -> tuple[tuple[str, float | str | bool], ...]:
-        keywords = {name: value for name, value in self._keywords().items() if name not in ("rate", "dtype")}
-        return tuple(keywords.items())
+        return tuple({**self.params, **{name: getattr(self, name) for name in SETTINGS}}.items())
 
     def run(
         self,
@@ -249,17 +259,24 @@ class Filter(_native.NativeFilter):
         t, out = call.native[3], call.native[7]
         if out is not None:
             quat = out
-        new_states = [self._wrap(snapshot, call.dtype) for snapshot in after]
-        state = new_states[0] if self.STREAMING and quat.ndim == 2 else new_states
-        return Estimate(
-            quat=quat,
-            gyr_bias=gyr_bias,
-            status=status,
-            t=self._stamps(t, quat.shape[:-1], call.states),
-            state=state if self.STREAMING else None,
-            extra=MappingProxyType(dict(zip(call.names, extra, strict=True))),
-            frame=self.frame,
-        )
+        further = MappingProxyType(dict(zip(call.names, extra, strict=True))) if extra else _NO_EXTRA
+        # What comes later knows nothing of the call, whose arrays it would keep alive.
+        later = partial(self._later, status.shape, call.dtype, after, call.states)
+        est = Estimate._of_run(quat, gyr_bias, status, further, self.frame, later)
+        if t is not None:
+            object.__setattr__(est, "t", np.asarray(t, dtype=np.float64))
+        return est
+
+    def _later(
+        self, shape: tuple[int, ...], dtype: str, after: list[Snapshot], before: list[State], name: str
+    ) -> NDArray[np.float64] | State | list[State] | None:
+        """The stamps (``"t"``) or the states after a run over arrays of a shape, from the states before it."""
+        if name == "t":
+            return self._stamps(shape[-1], before)
+        if not self.STREAMING:
+            return None
+        states = [State._of_native(self.NAME, dtype, self._settings, snapshot) for snapshot in after]
+        return states[0] if len(shape) == 1 else states
 
     def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:
         if state is None:
@@ -275,12 +292,10 @@ class Filter(_native.NativeFilter):
         state.check(self.NAME, dtype, self._settings)
         return state
 
-    def _stamps(self, t: ArrayLike | None, shape: tuple[int, ...], before: list[State]) -> NDArray[np.float64]:
-        """The stamps of a run: given ones, or those of a constant rate that go on from the states."""
-        if t is not None:
-            return np.asarray(t, dtype=np.float64)
+    def _stamps(self, samples: int, before: list[State]) -> NDArray[np.float64]:
+        """The stamps of a run at a constant rate, going on from the states."""
         rate = self.rate or 1.0  # without a rate there are no samples
-        steps = np.arange(shape[-1], dtype=np.float64)
+        steps = np.arange(samples, dtype=np.float64)
         if not before:
             return np.divide(steps, rate, out=steps)
         rows = [(s.samples + steps) / rate if s.last_t is None else s.last_t + (steps + 1.0) / rate for s in before]
@@ -292,10 +307,6 @@ class Filter(_native.NativeFilter):
         if name not in names:
             raise ValueError(f"outputs: expected names from {names} for {self.NAME}, got {name!r}")
         return names.index(name)
-
-    def _wrap(self, snapshot: Snapshot, dtype: str) -> State:
-        variables, last_t, samples = snapshot
-        return State(self.NAME, dtype, self._settings, tuple(variables), last_t, samples)
 
     @property
     def status(self) -> Status:
@@ -309,11 +320,11 @@ class Filter(_native.NativeFilter):
 
     def state(self) -> State:
         """A snapshot of the streaming state: ``restore`` goes back to it, ``run(state=...)`` goes on from it."""
-        return self._wrap(self._snapshot(), self.dtype.name)
+        return State._of_native(self.NAME, _dtype_name(self.dtype), self._settings, self._snapshot())
 
     def restore(self, state: State) -> None:
         """Go back to a snapshot; ``ValueError`` if it is of another class, dtype or parameter set."""
-        checked = self._checked(state, self.dtype.name)
+        checked = self._checked(state, _dtype_name(self.dtype))
         self._restore((list(checked.variables), checked.last_t, checked.samples))
 
     def copy(self) -> Self:
@@ -339,12 +350,18 @@ def _rebuild(
     made = cls(**keywords)
     if snapshot is not None:
         variables, last_t, samples = snapshot
-        own = (cls.NAME, made.dtype.name, made._settings)
+        own = (cls.NAME, _dtype_name(made.dtype), made._settings)
         made.restore(State(*own, tuple(variables), last_t, samples, cast(int, version)))
     return made
 
 
+def _dtype_name(dtype: np.dtype[Any]) -> str:
+    return _DTYPES.get(dtype) or dtype.name
+
+
 def _number(name: str, value: object) -> float:
+    if type(value) is float:
+        return value
     if isinstance(value, (str, bytes, bool)):
         raise ValueError(f"{name}: expected a number, got {value!r}")
     try:

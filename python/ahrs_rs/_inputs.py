@@ -35,14 +35,14 @@ def inputs(name: str, gyroscope: bool, gyr: Any, acc: Any, mag: Any, t: Any, *, 
             raise ValueError(f"{given}: expected None where a recording is given, which has its own")
         gyr, acc, mag, t = gyr.gyr, gyr.acc, gyr.mag, gyr.t
     else:
-        gyr, acc, mag = (_arrays.vectors(key, value) for key, value in (("gyr", gyr), ("acc", acc), ("mag", mag)))
+        gyr, acc, mag = _arrays.vectors("gyr", gyr), _arrays.vectors("acc", acc), _arrays.vectors("mag", mag)
         t = _arrays.stamps(t, since=goes_on)
     return (gyr if gyr is not None else _no_gyroscope(name, gyroscope, acc)), acc, mag, t
 
 
 def attitude(q0: Any) -> Any:
     """A start as numbers: a rotation of scipy gives its quaternion."""
-    return q0.as_quat(scalar_first=True) if hasattr(q0, "as_quat") else q0
+    return q0.as_quat(scalar_first=True) if q0 is not None and hasattr(q0, "as_quat") else q0
 
 
 def _no_gyroscope(name: str, needed: bool, acc: Any) -> Any:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +24,24 @@ if TYPE_CHECKING:
 Floats = NDArray[np.floating[Any]]
 
 
+class _Later:
+    """Stamps and states of an estimate, made when they are first asked for: most runs are short, and few want them."""
+
+    __slots__ = ("_make",)
+    _make: Callable[[str], Any]
+    """Gives an attribute by its name."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Called where a slot is empty.
+        if name not in ("t", "state"):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        value = self._make(name)
+        object.__setattr__(self, name, value)
+        return value
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Estimate:
+class Estimate(_Later):
     """Attitudes of one recording (T samples), or of N recordings of T samples.
 
     Quaternions are scalar-first ``[w, x, y, z]``, of unit norm, and rotate from the sensor frame to the earth frame
@@ -47,6 +63,26 @@ class Estimate:
     """What ``outputs=`` asked for, by name: (..., T, *shape)."""
     frame: str = "ENU"
     """The earth frame."""
+
+    @classmethod
+    def _of_run(
+        cls,
+        quat: Floats,
+        gyr_bias: Floats | None,
+        status: NDArray[np.uint16],
+        extra: Mapping[str, Floats],
+        frame: str,
+        make: Callable[[str], Any],
+    ) -> Self:
+        """An estimate whose stamps and state are made later."""
+        self, put = object.__new__(cls), object.__setattr__
+        put(self, "quat", quat)
+        put(self, "gyr_bias", gyr_bias)
+        put(self, "status", status)
+        put(self, "extra", extra)
+        put(self, "frame", frame)
+        put(self, "_make", make)
+        return self
 
     def __repr__(self) -> str:
         parts = [f"quat{self.quat.shape}", str(self.quat.dtype)]

@@ -19,6 +19,7 @@ Settings: TypeAlias = tuple[tuple[str, Setting], ...]
 FORMAT = "ahrs_rs.state"
 #: A measurement whose square overflows is missing, so that no filter holds a larger number, but for rounding.
 ROOM = 1.001
+_ROOM = {name: ROOM * math.sqrt(largest) for name, largest in _stored.LARGEST.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +69,27 @@ class State:
         _stored.dtype(self.dtype)
         # What came through JSON has lists in place of tuples.
         object.__setattr__(self, "settings", _settings(self.settings))
-        object.__setattr__(
-            self, "variables", _stored.variables(self.variables, ROOM * math.sqrt(_stored.LARGEST[self.dtype]))
-        )
+        object.__setattr__(self, "variables", _stored.variables(self.variables, _ROOM[self.dtype]))
         object.__setattr__(self, "last_t", _stored.stamp(self.last_t))
         object.__setattr__(self, "samples", _stored.count("samples", self.samples))
+
+    @classmethod
+    def _of_native(cls, filter: str, dtype: str, settings: Settings, snapshot: Snapshot) -> Self:
+        """The state that a filter itself gives: of the right types for sure, so that only its numbers are checked."""
+        variables, last_t, samples = snapshot
+        # No number is larger than their norm.
+        right = math.hypot(*variables) <= _ROOM[dtype] and samples <= _stored.MOST_SAMPLES
+        if not (right and (last_t is None or math.isfinite(last_t))):
+            return cls(filter, dtype, settings, tuple(variables), last_t, samples)
+        self, put = object.__new__(cls), object.__setattr__
+        put(self, "filter", filter)
+        put(self, "dtype", dtype)
+        put(self, "settings", settings)
+        put(self, "variables", tuple(variables))
+        put(self, "last_t", last_t)
+        put(self, "samples", samples)
+        put(self, "version", cls.VERSION)
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         # By the constructor, so that an unpickled state is checked as any other one is.

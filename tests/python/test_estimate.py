@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import pickle
 import sys
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -45,6 +46,27 @@ def test_an_estimate_is_frozen() -> None:
             setattr(est, field.name, None)
     with pytest.raises(TypeError, match="does not support item assignment"):
         est.extra["innovation"] = est.quat
+
+
+def test_stamps_and_state_are_made_once_and_the_readings_are_let_go() -> None:
+    gyr = np.zeros((40, 3))
+    gone = weakref.ref(gyr)
+    est = ar.Mahony(rate=RATE).run(gyr)
+    del gyr
+    assert gone() is None, "what is made later keeps no array that was given"
+    assert est.t is est.t
+    assert est.state is est.state
+    assert np.array_equal(est.t, np.arange(40) / RATE)
+    with pytest.raises(AttributeError, match="'Estimate' object has no attribute 'stamps'"):
+        _ = est.stamps
+
+
+def test_stamps_are_those_that_were_given_whatever_happens_to_them() -> None:
+    t = list(np.arange(40) / RATE)
+    est = of_run(t=t)
+    t[0] = -1.0
+    assert est.t[0] == 0.0
+    assert of_run(t=est.t).t is est.t
 
 
 def test_shapes_and_dtypes_are_those_of_the_documentation() -> None:

@@ -245,6 +245,25 @@ def test_a_pickled_filter_is_checked_as_its_state_is() -> None:
         rebuild(cls, keywords, snapshot)
 
 
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_a_state_that_a_filter_gives_is_checked_as_any_other(dtype: str) -> None:
+    f = ar.Mahony(rate=RATE, dtype=dtype)
+    variables, settings = list(f.state().variables), f.state().settings
+    largest = 1.001 * math.sqrt(float(np.finfo(dtype).max))
+    # Each alone is in range, though their norm is not.
+    many = [0.99 * largest] * len(variables)
+    assert ar.State._of_native("Mahony", dtype, settings, (many, 0.5, 3)) == ar.State(
+        "Mahony", dtype, settings, tuple(many), 0.5, 3
+    )
+    for wrong in (math.nan, math.inf, -1.01 * largest):
+        with pytest.raises(ValueError, match="variables: expected numbers up to"):
+            ar.State._of_native("Mahony", dtype, settings, ([*variables, wrong], None, 0))
+    with pytest.raises(ValueError, match="last_t: expected a finite stamp or None, got inf"):
+        ar.State._of_native("Mahony", dtype, settings, (variables, math.inf, 0))
+    with pytest.raises(ValueError, match="samples: expected a whole number"):
+        ar.State._of_native("Mahony", dtype, settings, (variables, None, 2**63))
+
+
 #: What may stand in a state that somebody else wrote, within the range that is taken.
 HOSTILE = [0.0, -0.0, 1.0, -1.0, 1e18, -1e18, 1e10, -1e10, 1e-300, 5e-324, 0.5, 2.0]
 
