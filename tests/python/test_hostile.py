@@ -118,4 +118,5 @@ def test_no_parameters_make_any_filter_not_finite(
         }
         est = cls(rate=RATE, **params).run(gyr, acc, mag, t=np.cumsum(table[:, 9]))
         assert finite_and_unit(est.quat), name
+        assert (est.state is not None) == cls.STREAMING  # made, and checked, when it is asked for
         assert est.gyr_bias is None or np.isfinite(est.gyr_bias).all(), name

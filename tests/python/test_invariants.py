@@ -69,10 +69,14 @@ def test_the_sign_of_q0_is_of_no_consequence() -> None:
 @pytest.mark.parametrize("frame", ["NED", "NWU"])
 @each_case
 def test_frames_differ_by_the_constant_rotation_of_their_axes(case: Case, frame: str) -> None:
-    signals = gappy(motion(SAMPLES, 4), 5)
+    # Until the first readings the attitude is the identity of the frame, so that two frames get to the same attitude by
+    # two ways: from then on they differ by rounding. (The first rows have a force and a field.)
+    signals = gappy(motion(SAMPLES, 4, level=case.euler_rates), 5)
     enu = case.make(rate=RATE).run(*signals.sensors())
     other = case.make(rate=RATE, frame=frame).run(*signals.sensors())
-    assert angle_between(multiply(FROM_ENU[frame], enu.quat), other.quat).max() < ONE_PRODUCT
+    # Down is another way, of another length: VQF learns another bias from it, and turns by it until it is forgotten.
+    learnt = 2.0 * case.start_bias * SAMPLES / RATE if frame == "NED" else 0.0
+    assert angle_between(multiply(FROM_ENU[frame], enu.quat), other.quat).max() < case.agreement + learnt
     assert np.array_equal(enu.status, other.status)
 
 
@@ -183,6 +187,7 @@ def test_turning_the_earth_about_the_vertical_turns_the_heading(case: Case, angl
     assert error.max() < case.agreement + steps
 
 
+@pytest.mark.filterwarnings("ignore:acc. a median norm:ahrs_rs.DataWarning")  # a force in units of g is doubted
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @each_case
 def test_scales_of_magnetometer_and_accelerometer_mean_nothing(case: Case, dtype: type) -> None:

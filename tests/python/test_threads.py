@@ -191,7 +191,7 @@ def test_the_count_stands_still_while_a_native_function_keeps_the_lock() -> None
 
 
 def test_run_releases_the_interpreter_lock() -> None:
-    data = np.ones((3, 2, 200_000, 3))
+    data = np.full((3, 2, 200_000, 3), 6.0)  # 10 m/s² of specific force: readings that may be
     f = ar.Madgwick(rate=RATE)
     assert others_count_during(lambda: f.run(*data)) > 0
     assert others_count_during(lambda: f.run(*data[:, 0])) > 0

@@ -13,17 +13,30 @@ from signals import RATE, about_z, angle_between, motion
 EPS = float(np.finfo(np.float64).eps)
 
 
-@each_case
+@each_case_with(lambda case: not case.own_rate)
 def test_a_missing_row_of_the_gyroscope_holds_the_last_rate(case: Case) -> None:
+    # A filter with a covariance knows that the turn of such a row is not known, and believes the other sensors more:
+    # the gyroscope alone shows the rate that it holds.
     signals = motion(80, 12)
+    others = () if case.kalman else (signals.acc, signals.mag)
     rows = [0, 1, 20, 40, 41, 42, 79]
     held = signals.gyr.copy()
     for k in rows:
         held[k] = held[k - 1] if k else 0.0
-    a = case.run(signals.without(gyr=rows))
-    b = case.make(rate=RATE).run(held, signals.acc, signals.mag)
+    f = case.make(rate=RATE)
+    a, b = f.run(signals.without(gyr=rows).gyr, *others), f.run(held, *others)
     assert_same_attitudes(a, b)
     assert np.array_equal(np.flatnonzero(a.status & Status.GYR_HELD), rows)
+
+
+@each_case_with(lambda case: case.own_rate)
+def test_a_missing_row_of_the_gyroscope_is_no_measurement_of_a_rate_of_the_filters_own(case: Case) -> None:
+    signals = motion(80, 12)
+    rows = [0, 1, 20, 40, 41, 42, 79]
+    est = case.make(rate=RATE).run(signals.without(gyr=rows).gyr, outputs=("innovation",))
+    assert np.array_equal(np.flatnonzero(est.status & Status.GYR_HELD), rows)
+    measured = np.isfinite(est.extra["innovation"][:, 0])
+    assert np.array_equal(np.flatnonzero(~measured), rows)
 
 
 @pytest.mark.parametrize("scale", [1e9, 1e150])
