@@ -160,6 +160,11 @@ def doubts_of_run(gyr: Any, acc: Any, t: Any) -> list[str]:
             found.append(f"acc: {wrong}; it looks like {likely}")
     if type(t) is np.ndarray and t.ndim == 1 and len(t) >= FEWEST_ROWS and t[-1] > t[0]:
         rate = (len(t) - 1) / float(t[-1] - t[0])
+        if doubtful_rate(rate):
+            # A clock that leaps and rows that come in packets leave one of the two as it is.
+            with np.errstate(invalid="ignore"):
+                middle = median(np.diff(t))
+            rate = 1.0 / middle if middle > 0.0 else rate
         wrong = doubtful_rate(rate)
         likely = likely_time_unit(rate) if wrong else None
         if likely:

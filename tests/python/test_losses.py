@@ -82,8 +82,9 @@ def test_a_row_that_is_lost_at_rest_is_no_loss(name: str) -> None:
     f = ar.FILTERS[name](rate=RATE)
     a = f.run(*lost(signals, "gyr is NaN", slice(1000, 1001)).sensors())
     b = f.run(held, signals.acc, signals.mag)
-    # What a Kalman filter does not know it may count, to a thousandth of a degree.
-    assert angle_between(a.quat, b.quat).max() < 1e-3 * DEGREE
+    # What a Kalman filter does not know it may count, to a thousandth of a degree. For the EKF a rate that is lost is
+    # none, and one that is held a measurement once more, of some 0.002 rad/s noise, over 10 ms and what the gain makes.
+    assert angle_between(a.quat, b.quat).max() < (3e-3 if name == "EKF" else 1e-3) * DEGREE
     assert not (a.status[999:1100] & Status.RECOVERING).any()
 
 

@@ -198,6 +198,7 @@ def _summary(
         *([("calibrated", " ".join(recording.meta["calibrated"]))] if recording.meta.get("calibrated") else []),
         ("filter", _description(choice, recording, settings)),
         ("status", _status_counts(est.status)),
+        *_longest_step(est),
     ]
     count = _common.scored(recording)
     if recording.ref is not None and count:
@@ -220,6 +221,16 @@ def _description(choice: Choice, recording: Recording, settings: Settings) -> st
     used = _common.measurements(recording, settings)
     given = [name for name in ("gyr", "acc", "mag") if getattr(used, name) is not None]
     return f"{f'{f.NAME} {params}'.rstrip()}, from {' '.join(given)}, in {f.frame}"
+
+
+def _longest_step(est: Estimate) -> list[tuple[str, str]]:
+    """Where the clock leapt: its longest step and when."""
+    if not np.any(est.status & Status.GAP):
+        return []
+    steps = np.diff(est.t)
+    longest = int(np.argmax(steps))
+    after = est.t[longest] - est.t[0]
+    return [("gap", f"the longest step of the clock is {steps[longest]:.6g} s, after {after:.6g} s")]
 
 
 def _status_counts(status: NDArray[np.uint16]) -> str:
