@@ -30,14 +30,14 @@ from ahrs_rs.state import State
 from ahrs_rs.status import Status
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, papers, signal, simulate, tuning
+    from ahrs_rs import calibration, papers, plots, signal, simulate, tuning
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
 __version__ = "0.1.0"
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "papers", "signal", "simulate", "tuning")
+_LATER = ("calibration", "papers", "plots", "signal", "simulate", "tuning")
 #: The same for functions: name -> module.
 _LATER_FUNCTIONS = {"join_reference": "_reference", "write_estimate": "io"}
 
@@ -56,6 +56,7 @@ __all__ = [
     "join_reference",
     "metrics",
     "papers",
+    "plots",
     "read",
     "read_all",
     "run_many",

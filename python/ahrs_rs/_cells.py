@@ -11,8 +11,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ahrs_rs._filter import Filter, thread_count
+from ahrs_rs._filter import Filter
 from ahrs_rs._progress import counting_on
+from ahrs_rs._validate import thread_count
 from ahrs_rs.batch import run_many
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.metrics import Score, score

@@ -10,9 +10,24 @@ from typing import Any
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
 from ahrs_rs._special import SPECIAL, WITHOUT_GYROSCOPE
+from ahrs_rs._validate import did_you_mean
 
 #: What goes on from sample to sample, and so is not there in offline filters.
 STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
+
+
+class Registry(dict[str, type[Filter]]):
+    """The classes by name; for another name a ``KeyError`` that says which one it could be."""
+
+    def __missing__(self, name: object) -> type[Filter]:
+        raise UnknownFilterError(f"expected the name of a filter, got {name!r}{did_you_mean(name, self)}")
+
+
+class UnknownFilterError(KeyError):
+    """A name that no filter has. A ``KeyError`` shows the repr of its message; this one shows the message."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def make_class(spec: Mapping[str, Any]) -> type[Filter]:

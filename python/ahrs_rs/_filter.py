@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import operator
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from types import MappingProxyType
@@ -12,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ahrs_rs import _inputs, _native
+from ahrs_rs import _inputs, _native, _validate
 from ahrs_rs._param import Param
 from ahrs_rs.estimate import Estimate, Floats
 from ahrs_rs.recording import Recording
@@ -97,9 +96,10 @@ class Filter(_native.NativeFilter):
     params: Mapping[str, float | str | bool]
     """The value of each parameter; also attributes of their own names."""
 
+    @_validate.shown_without_positional
     def __new__(
         cls,
-        *,
+        *positional: Any,
         rate: float | None = None,
         frame: str = "ENU",
         declination: float = 0.0,
@@ -109,15 +109,17 @@ class Filter(_native.NativeFilter):
         dtype: DTypeLike = np.float64,
         **params: Any,
     ) -> Self:
+        if positional or not hasattr(cls, "NAME"):
+            raise TypeError(cls._wrong_call(positional))
         if "gyr_range" in cls.PARAMS:  # a filter that has its own use for it
             params["gyr_range"], gyr_range = gyr_range, 0.0
-        gyr_range = _number("gyr_range", gyr_range)
+        gyr_range = _validate.number("gyr_range", gyr_range)
         values = cls._encoded(params)
         kind = np.dtype(dtype)
-        rate = None if rate is None else _number("rate", rate)
-        declination = _number("declination", declination)
-        frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
-        repeated = _choice("repeated", repeated, REPEATED)
+        rate = None if rate is None else _validate.number("rate", rate)
+        declination = _validate.number("declination", declination)
+        frame, gyr_hold = _validate.choice("frame", frame, FRAMES), _validate.choice("gyr_hold", gyr_hold, GYR_HOLDS)
+        repeated = _validate.choice("repeated", repeated, REPEATED)
         self = super().__new__(
             cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, gyr_range, _dtype_name(kind)
         )
@@ -128,6 +130,16 @@ class Filter(_native.NativeFilter):
             own["gyr_range"] = gyr_range
         own["params"] = cls._shown(values) if params else cls._SHOWN
         return self
+
+    @classmethod
+    def _wrong_call(cls, positional: tuple[Any, ...]) -> str:
+        """What is wrong with a call that has arguments without names, or is of the base class."""
+        if not hasattr(cls, "NAME"):
+            return (
+                f"{cls.__name__}: expected one of the classes in ar.FILTERS, as ar.Madgwick, got the base class of all"
+            )
+        got = ", ".join(type(each).__name__ if np.ndim(each) else repr(each) for each in positional)
+        return f"{cls.NAME}: expected keywords, as {cls.NAME}(rate=100.0), got {got} as a positional argument"
 
     @classmethod
     def _shown(cls, values: Sequence[float]) -> Mapping[str, float | str | bool]:
@@ -142,8 +154,9 @@ class Filter(_native.NativeFilter):
         """The numbers of all parameters, those that are not given having their defaults; checked."""
         if not params.keys() <= cls.PARAMS.keys():
             unknown = next(name for name in params if name not in cls.PARAMS)
-            known = ", ".join(dict.fromkeys([*cls.PARAMS, "rate", *SETTINGS, "dtype"]))
-            raise TypeError(f"{cls.NAME} has no parameter {unknown!r}; it takes {known}")
+            known = list(dict.fromkeys([*cls.PARAMS, "rate", *SETTINGS, "dtype"]))
+            hint = _validate.did_you_mean(unknown, known)
+            raise TypeError(f"{cls.NAME} has no parameter {unknown!r}{hint}; it takes {', '.join(known)}")
         values = cls._DEFAULTS.copy()
         for name, value in params.items():
             values[name] = cls.PARAMS[name].encode(value)
@@ -156,13 +169,34 @@ class Filter(_native.NativeFilter):
         Further keywords are those of the constructor. ``ValueError`` for a name that the filter does not have.
         """
         if name not in cls.PRESETS:
-            raise ValueError(f"name: expected one of {sorted(cls.PRESETS)} for {cls.NAME}, got {name!r}")
+            hint = _validate.did_you_mean(name, cls.PRESETS)
+            raise ValueError(f"name: expected one of {sorted(cls.PRESETS)} for {cls.NAME}, got {name!r}{hint}")
         return cls(**{**cls.PRESETS[name], **keywords})
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in self.__dict__ or name in type(self).PARAMS:
-            raise AttributeError(f"{name} cannot be changed: make a new {type(self).__name__}")
+            raise AttributeError(f"{name} cannot be changed: f.replace({name}=...) gives another {type(self).__name__}")
         super().__setattr__(name, value)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether class, parameters and settings are the same; the streaming state does not count."""
+        if not isinstance(other, Filter):
+            return NotImplemented
+        return type(self) is type(other) and self._keywords() == other._keywords()
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self._keywords().values()))
+
+    def get_params(self) -> dict[str, Any]:
+        """All keywords of the constructor with their values: ``type(f)(**f.get_params()) == f``."""
+        return self._keywords()
+
+    def replace(self, **changes: Any) -> Self:
+        """A new filter with some parameters or settings changed, as ``f.replace(beta=0.1)``; it starts afresh.
+
+        ``TypeError`` for a parameter that the filter does not have, ``ValueError`` for a value that it does not take.
+        """
+        return type(self)(**{**self._keywords(), **changes})
 
     def __repr__(self) -> str:
         keywords = {**self._keywords(), "dtype": _dtype_name(self.dtype)}
@@ -226,7 +260,7 @@ class Filter(_native.NativeFilter):
         call = self._call(gyr, acc, mag, t=t, q0=q0, state=state, outputs=outputs, out=out)
         if not isinstance(gyr, Recording):
             _inputs.doubt(call.native[0], call.native[1], call.native[3])
-        (result,) = self._run([call.native], thread_count(threads), call.dtype == "float32", None, True)
+        (result,) = self._run([call.native], _validate.thread_count(threads), call.dtype == "float32", None, True)
         return self._estimate(call, result)
 
     def _call(
@@ -305,7 +339,8 @@ class Filter(_native.NativeFilter):
     def _output_index(self, name: str) -> int:
         names = list(self.OUTPUTS)
         if name not in names:
-            raise ValueError(f"outputs: expected names from {names} for {self.NAME}, got {name!r}")
+            hint = _validate.did_you_mean(name, names)
+            raise ValueError(f"outputs: expected names from {names} for {self.NAME}, got {name!r}{hint}")
         return names.index(name)
 
     @property
@@ -357,33 +392,3 @@ def _rebuild(
 
 def _dtype_name(dtype: np.dtype[Any]) -> str:
     return _DTYPES.get(dtype) or dtype.name
-
-
-def _number(name: str, value: object) -> float:
-    if type(value) is float:
-        return value
-    if isinstance(value, (str, bytes, bool)):
-        raise ValueError(f"{name}: expected a number, got {value!r}")
-    try:
-        return float(cast(Any, value))
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name}: expected a number, got {value!r}") from None
-
-
-def thread_count(threads: int | None) -> int | None:
-    """The number of threads; ``ValueError`` where it is none."""
-    if threads is None:
-        return None
-    try:
-        count = 0 if isinstance(threads, bool) else operator.index(threads)
-    except TypeError:
-        count = 0
-    if count < 1:
-        raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
-    return count
-
-
-def _choice(name: str, value: object, options: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or value not in options:
-        raise ValueError(f"{name}: expected one of {', '.join(map(repr, options))}, got {value!r}")
-    return value

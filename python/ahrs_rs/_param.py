@@ -7,6 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from ahrs_rs._validate import did_you_mean, number
+
 
 @dataclass(frozen=True, slots=True)
 class Param:
@@ -29,17 +31,14 @@ class Param:
             kind = (bool, np.bool_) if isinstance(self.default, bool) else str
             if isinstance(value, kind) and value in self.options:
                 return float(self.options.index(cast(Any, value)))
-            raise ValueError(f"{self.name} must be one of {', '.join(map(repr, self.options))}, got {value!r}")
-        if type(value) is float:
-            number = value
-        elif isinstance(value, (str, bytes, bool)) or np.ndim(cast(Any, value)) != 0:
-            raise ValueError(f"{self.name} must be a number, got {value!r}")
-        else:
-            try:
-                number = float(cast(Any, value))
-            except (TypeError, ValueError, OverflowError):
-                raise ValueError(f"{self.name} must be a number, got {value!r}") from None
+            wanted = f"one of {', '.join(map(repr, self.options))}"
+            hint = did_you_mean(value, map(str, self.options))
+            raise ValueError(f"{self.name}: expected {wanted}, got {value!r}{hint}")
+        if type(value) is not float and np.ndim(cast(Any, value)) != 0:
+            raise ValueError(f"{self.name}: expected a number, got {value!r}")
+        value = number(self.name, value)
         low, high = self.range or (-np.inf, np.inf)
-        if not low <= number <= high:
-            raise ValueError(f"{self.name} must be in [{low:g}, {high:g}] {self.unit}, got {number!r}")
-        return number
+        if not low <= value <= high:
+            unit = f" {self.unit}" if self.unit else ""
+            raise ValueError(f"{self.name}: expected a number in [{low:g}, {high:g}]{unit}, got {value!r}")
+        return value

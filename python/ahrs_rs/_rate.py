@@ -102,7 +102,7 @@ def nominal_rate(t: FloatArray) -> float:
     100.0
     """
     if not len(t) or not t[-1] > t[0]:
-        raise ValueError("rate: must be given, because t has no two different times")
+        raise ValueError("rate: expected a number, as t has no two different times, got None")
     durations, samples = unbroken(t)
     if durations.size * samples >= (len(t) - 1) // samples * samples:  # nothing is broken: the whole counts
         # From the first sample of one packet to the first of another: a part of a packet would count for nothing.

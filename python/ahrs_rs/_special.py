@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from ahrs_rs._validate import number
+
 if TYPE_CHECKING:
     from ahrs_rs._filter import Filter
 
@@ -26,16 +28,13 @@ def from_kalman_gain(cls: type[F], /, gain: float, *, rate: float, **keywords: A
     ValueError
         for a gain that is not between 0 and 1, or a rate that is not positive.
     """
-    try:
-        number = float(gain)
-    except (TypeError, ValueError):
-        raise ValueError(f"gain must be a number between 0 and 1, got {gain!r}") from None
-    if not 0.0 < number < 1.0:
-        raise ValueError(f"gain must be between 0 and 1, got {number!r}")
+    weight = number("gain", gain)
+    if not 0.0 < weight < 1.0:
+        raise ValueError(f"gain: expected a number between 0 and 1, got {weight!r}")
     made = cls(rate=rate, **keywords)  # checks the rate
     if made.rate is None:
-        raise ValueError("rate must be a number in Hz, got None")
-    return cls(rate=rate, tau=(1.0 - number) / number / made.rate, **keywords)
+        raise ValueError("rate: expected a number in Hz, got None")
+    return cls(rate=rate, tau=(1.0 - weight) / weight / made.rate, **keywords)
 
 
 #: Class methods by the name of the class.

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, digest, job
+from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._filter import Filter
-from ahrs_rs._frame import data_frame
 from ahrs_rs._progress import progress_count
 from ahrs_rs.recording import Recording
 
@@ -27,7 +27,7 @@ Grid = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep:
+class Sweep(Table):
     """Errors of parameter sets over recordings."""
 
     filter: str
@@ -66,13 +66,16 @@ class Sweep:
 
         Columns: those of the parameters, then ``recording`` (index) and ``error`` (deg).
         """
+        return data_frame(self._columns())
+
+    def _columns(self) -> dict[str, Any]:
         sets, recordings = self.errors.shape
         columns: dict[str, Any] = {
             name: [one.get(name) for one in self.params for _ in range(recordings)] for name in _names(self.params)
         }
         columns["recording"] = np.tile(np.arange(recordings), sets)
         columns["error"] = self.errors.reshape(-1)
-        return data_frame(columns)
+        return columns
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -130,6 +133,11 @@ def sweep(
     SweepInterrupted
         for Ctrl-C; nothing of what was done is lost.
     """
+    require_class(filter)
+    if not isinstance(grid, Mapping) and any(isinstance(each, Recording) for each in grid):
+        raise TypeError(
+            "grid: expected a dict of values or a list of dicts, got recordings: sweep(filter, grid, recordings)"
+        )
     sets = parameter_sets(filter, grid)
     trials = checked(recordings, metric)
     name = metric if isinstance(metric, str) else getattr(metric, "__name__", "metric")
@@ -169,6 +177,16 @@ def sweep(
             raise SweepInterrupted(result) from None
         count(int(result.done.sum()))
     return result
+
+
+def require_class(filter: object) -> None:
+    """Raise a ``TypeError`` that says what to give, if the argument is not the class of a filter."""
+    if isinstance(filter, Filter):
+        name = type(filter).__name__
+        raise TypeError(f"filter: expected the class, as ar.{name}, got an instance: its parameters go into the grid")
+    if not (isinstance(filter, type) and issubclass(filter, Filter) and hasattr(filter, "NAME")):
+        got = getattr(filter, "__name__", type(filter).__name__)
+        raise TypeError(f"filter: expected a class of ar.FILTERS, as ar.Madgwick, got {got}")
 
 
 def parameter_sets(filter: type[Filter], grid: Grid) -> list[dict[str, Any]]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, overload
 
-from ahrs_rs._filter import Call, Filter, thread_count
+from ahrs_rs._filter import Call, Filter
 from ahrs_rs._progress import counting_on, progress_count
+from ahrs_rs._validate import thread_count
 from ahrs_rs.estimate import Estimate
 from ahrs_rs.recording import Recording
 
@@ -54,6 +55,12 @@ def run_many(
     """
     if errors not in ("raise", "return"):
         raise ValueError(f"errors: expected 'raise' or 'return', got {errors!r}")
+    if not isinstance(f, Filter):
+        if isinstance(f, type) and issubclass(f, Filter):
+            raise TypeError(f"f: expected a filter, as {f.__name__}(rate=100.0), got the class {f.__name__}")
+        raise TypeError(f"f: expected a filter, as ar.Madgwick(rate=100.0), got {type(f).__name__}")
+    if isinstance(recordings, Recording):
+        raise TypeError("recordings: expected a list of them, got a single Recording: f.run(recording) takes it")
     threads = thread_count(threads)
     items = list(recordings)
     results: list[Any] = [None] * len(items)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _native
-from ahrs_rs._frame import data_frame
+from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._plausible import GRAVITY
 from ahrs_rs.state import State
 
@@ -41,7 +41,7 @@ class _Later:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Estimate(_Later):
+class Estimate(_Later, Table):
     """Attitudes of one recording (T samples), or of N recordings of T samples.
 
     Quaternions are scalar-first ``[w, x, y, z]``, of unit norm, and rotate from the sensor frame to the earth frame

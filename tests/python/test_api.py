@@ -217,7 +217,7 @@ def test_numbers_of_a_parameter_end_at_its_range(name: str) -> None:
             assert cls(**{key: inside}).params[key] == inside
         beyond = (np.nextafter(spec.range[0], -np.inf), np.nextafter(spec.range[1], np.inf), -np.inf, np.inf, np.nan)
         for outside in beyond:
-            with pytest.raises(ValueError, match=rf"^{key} must be in \[.*\].*, got"):
+            with pytest.raises(ValueError, match=rf"^{key}: expected a number in \[.*\].*, got"):
                 cls(**{key: outside})
 
 
@@ -228,7 +228,7 @@ def test_what_is_no_number_is_a_value_error_that_names_the_parameter(name: str, 
     for key, spec in cls.PARAMS.items():
         if isinstance(spec.default, bool) and value is True:
             continue  # a switch is on
-        message = f"^{key} must be a number" if spec.options is None else f"^{key} must be one of"
+        message = f"^{key}: expected a number" if spec.options is None else f"^{key}: expected one of"
         with pytest.raises(ValueError, match=message):
             cls(**{key: value})
     for key in ("rate", "declination"):
@@ -239,7 +239,9 @@ def test_what_is_no_number_is_a_value_error_that_names_the_parameter(name: str, 
 
 @each_filter
 def test_an_unknown_keyword_is_a_type_error_that_says_what_there_is(name: str) -> None:
-    with pytest.raises(TypeError, match=f"{name} has no parameter 'betta'; it takes .*rate, frame"):
+    with pytest.raises(
+        TypeError, match=f"{name} has no parameter 'betta'( \\(did you mean beta\\?\\))?; it takes .*rate, frame"
+    ):
         ar.FILTERS[name](betta=1.0)
     with pytest.raises(TypeError, match="positional"):
         ar.FILTERS[name](100.0)

@@ -155,7 +155,7 @@ def get(path: str | os.PathLike[str], sensor: str | None) -> SensorCalibration:
     found = dict(load(path))
     if sensor is None:
         if len(found) != 1:
-            raise ValueError(f"sensor: must be named, because {path} holds {', '.join(found) or 'none'}")
+            raise ValueError(f"sensor: expected a name, as {path} holds {', '.join(found) or 'none'}, got None")
         return next(iter(found.values()))
     _check_sensor(sensor)
     if sensor not in found:

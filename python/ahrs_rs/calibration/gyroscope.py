@@ -261,7 +261,7 @@ def steps(count: int, rate: float | None, t: ArrayLike | None) -> FloatArray:
             raise ValueError("t: expected finite times that do not decrease")
         return dt
     if rate is None:
-        raise ValueError("rate: must be given where t is not")
+        raise ValueError("rate: expected a number where t is not given, got None")
     return np.full(max(count - 1, 0), 1.0 / positive("rate", rate))
 
 

@@ -127,5 +127,5 @@ def _params(scenario: Scenario, texts: dict[str, str]) -> dict[str, Any]:
         try:
             params[name] = number(text)
         except argparse.ArgumentTypeError:
-            raise CliError(f"{scenario.name}: {name} must be a number, got {text!r}") from None
+            raise CliError(f"{scenario.name}.{name}: expected a number, got {text!r}") from None
     return params

@@ -110,8 +110,8 @@ def tune(args: argparse.Namespace) -> int:
     )
     tuned: Tuned = search(
         cls,
-        recordings,
         params,
+        recordings,
         metric=args.metric,
         fixed=fixed,
         test=args.test,

@@ -155,7 +155,7 @@ def align(
         raise ValueError(f"q, ref: expected at least {FEWEST} samples with an estimate and a reference, got {compared}")
     given = t is not None or rate is not None
     if time and not given:
-        raise ValueError("t, rate: one of them must be given to find a time offset (or time=False)")
+        raise ValueError("t: expected stamps, or rate, to find a time offset (or time=False), got neither")
     # Without stamps the rotations over 0.1 s are those over ten samples.
     times = _times(t, rate if given else 10.0 / SPAN, len(est))
 

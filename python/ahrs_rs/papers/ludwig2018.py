@@ -122,7 +122,7 @@ def tune(name: str, recordings: Sequence[ar.Recording], seed: int, test: float |
     """The genetic search."""
     fixed = {key: value for key, value in published(name, 1.0).params.items() if isinstance(value, str)}
     cls, where = CLASSES[name], SEARCHED[name]
-    return ar.tuning.evolve(cls, recordings, where, generations=25, fixed=fixed, test=test, seed=seed)
+    return ar.tuning.evolve(cls, where, recordings, generations=25, fixed=fixed, test=test, seed=seed)
 
 
 def published(name: str, rate: float, **params: Any) -> ar.Filter:

@@ -189,7 +189,7 @@ def tune(recordings: Sequence[ar.Recording]) -> dict[str, dict[str, Any]]:
         preset = _common.as_published(CLASSES[name], "parikh2021", RATE).params
         fixed = {key: value for key, value in preset.items() if key not in where}
         found[name] = ar.tuning.grid(
-            CLASSES[name], recordings, where, points=points, metric="inclination", fixed=fixed
+            CLASSES[name], where, recordings, points=points, metric="inclination", fixed=fixed
         ).params
     return found
 
@@ -360,7 +360,7 @@ def gains(params: Params, cases: Cases) -> Gains:
     first = next(group for case, group in cases.items() if case != "1: level")
     for name in adaptive():
         found = ar.tuning.grid(
-            CLASSES[name], first, {ADAPTIVE: (0.05, 20.0)}, points=61, metric="inclination", fixed=params.get(name)
+            CLASSES[name], {ADAPTIVE: (0.05, 20.0)}, first, points=61, metric="inclination", fixed=params.get(name)
         )
         chosen[name] = found.params
     without, with_threshold = joint(measure(params, cases)), joint(measure(chosen, cases))

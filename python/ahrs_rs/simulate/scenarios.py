@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from .._validate import did_you_mean
 from ..recording import Recording
 from ._record import RATES, Intervals, Setup, Truth, check_positive, check_seed
 from .magnetic import Disturbance
@@ -109,7 +110,8 @@ class Scenario:
         unknown = [name for name in params if name not in self.params]
         if unknown:
             known = ", ".join(self.params) or "none"
-            raise ValueError(f"{self.name} has no parameter {unknown[0]!r}; there are {known}")
+            hint = did_you_mean(unknown[0], self.params)
+            raise ValueError(f"{self.name} has no parameter {unknown[0]!r}{hint}; there are {known}")
         for name, given in params.items():
             if isinstance(self.params[name], str) != isinstance(given, str):
                 raise ValueError(f"{name}: expected a value like {self.params[name]!r}, got {given!r}")

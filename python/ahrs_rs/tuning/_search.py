@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,8 @@ Checkpoint = str | os.PathLike[str] | None
 
 def grid(
     filter: type[Filter],
-    recordings: Iterable[Recording],
-    params: Params = None,
+    params: Params | Iterable[Recording] = None,
+    recordings: Iterable[Recording] | Params = (),
     *,
     points: int = 21,
     metric: Metric = "total",
@@ -43,8 +44,8 @@ def grid(
     Parameters
     ----------
     filter : the class, of ``ar.FILTERS``
-    recordings : with `ref`, unless the metric is a function
     params : which parameters and where, as in `space`
+    recordings : with `ref`, unless the metric is a function
     points : so many values of each number
     metric : as in `ahrs_rs.sweep`: ``"total"``, ``"heading"``, ``"inclination"``, or a function of an `Estimate` and a
         `Recording` (slower); the mean over the recordings is made small
@@ -64,6 +65,7 @@ def grid(
     TuningInterrupted
         for Ctrl-C.
     """
+    params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
     sets = [{**(fixed or {}), **one} for one in combinations(axes, points)]
 
@@ -76,8 +78,8 @@ def grid(
 
 def evolve(
     filter: type[Filter],
-    recordings: Iterable[Recording],
-    params: Params = None,
+    params: Params | Iterable[Recording] = None,
+    recordings: Iterable[Recording] | Params = (),
     *,
     population: int = 15,
     generations: int = 50,
@@ -105,6 +107,7 @@ def evolve(
     -----
     The defaults are tried first, and are in the first generation if they are within the ranges.
     """
+    params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
     sets = 1 + (generations + 1) * max(population * len(axes), 5)
 
@@ -128,7 +131,7 @@ def _evolve(
     try:
         from scipy import optimize
     except ModuleNotFoundError as error:
-        raise ImportError("tuning.evolve needs scipy: pip install ahrs-rs[rotation]") from error
+        raise ImportError("tuning.evolve needs scipy: pip install ahrs-rs[scipy]") from error
     search: Any = optimize.differential_evolution  # whose type does not know what vectorized=True changes
     history: list[float] = []
 
@@ -159,6 +162,27 @@ def _evolve(
     except RuntimeError as error:  # scipy puts a metric's ValueError under one that blames the mapping
         raise error.__cause__ or error from None
     return history
+
+
+def _in_order(
+    params: Params | Iterable[Recording], recordings: Iterable[Recording] | Params
+) -> tuple[Params, Iterable[Recording]]:
+    """Parameters and recordings, also where they come in the order of version 0.0, which their types tell."""
+    if _is_params(params):
+        return cast(Params, params), cast("Iterable[Recording]", recordings)
+    warnings.warn(
+        "params: expected before recordings, as in ahrs_rs.sweep; the old order will be an error",
+        DeprecationWarning,
+        stacklevel=3,
+    )
+    # Parameters that were not given are an empty tuple here.
+    return cast(Params, recordings or None), cast("Iterable[Recording]", params)
+
+
+def _is_params(value: object) -> bool:
+    if value is None or isinstance(value, (str, Mapping)):
+        return True
+    return isinstance(value, Sequence) and all(isinstance(each, str) for each in value)
 
 
 def _split(recordings: Iterable[Recording], test: Test, seed: int) -> tuple[list[Recording], list[int], list[int]]:

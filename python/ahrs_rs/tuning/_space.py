@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
+from ahrs_rs._sweep import require_class
+from ahrs_rs._validate import did_you_mean
 
 Value: TypeAlias = float | str | bool
 
@@ -89,6 +91,7 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
     ValueError
         for a parameter that the filter does not have, a value out of its range, no scale, no parameter at all.
     """
+    require_class(filter)
     if params is None:
         params = [name for name, param in filter.PARAMS.items() if _has_scale(param)]
     if isinstance(params, str):
@@ -99,7 +102,8 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
     unknown = [name for name in wanted if name not in filter.PARAMS]
     if unknown:
         known = ", ".join(filter.PARAMS) or "none"
-        raise ValueError(f"params: {filter.NAME} has no parameter {unknown[0]!r}; it has {known}")
+        hint = did_you_mean(unknown[0], filter.PARAMS)
+        raise ValueError(f"params: {filter.NAME} has no parameter {unknown[0]!r}{hint}; it has {known}")
     return [_axis(filter.PARAMS[name], where) for name, where in wanted.items()]
 
 
