@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ahrs_rs import FILTERS, Filter, Param
-from ahrs_rs._special import SPECIAL
+from ahrs_rs._extra_constructors import SPECIAL
 
 STUB = Path(__file__).parents[1] / "python" / "ahrs_rs" / "filters.pyi"
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from ahrs_rs._extra_constructors import SPECIAL, WITHOUT_GYROSCOPE
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
-from ahrs_rs._special import SPECIAL, WITHOUT_GYROSCOPE
 from ahrs_rs._validate import did_you_mean
 
 #: What goes on from sample to sample, and so is not there in offline filters.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ahrs_rs._optional import require
+
 if TYPE_CHECKING:
     import pandas
     import polars
@@ -21,19 +23,13 @@ class Table:
 
     def to_polars(self) -> polars.DataFrame:
         """The data frame of `to_frame` as one of polars; ``ImportError`` where polars is not installed."""
-        try:
-            import polars
-        except ImportError:
-            raise ImportError("to_polars needs polars: pip install polars") from None
-        return polars.DataFrame(self._columns())
+        made: polars.DataFrame = require("polars", "", "to_polars needs").DataFrame(self._columns())
+        return made
 
     def to_pandas(self) -> pandas.DataFrame:
         """The data frame of `to_frame` as one of pandas; ``ImportError`` where pandas is not installed."""
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_pandas needs pandas: pip install ahrs-rs[io]") from None
-        return pandas.DataFrame(self._columns())
+        made: pandas.DataFrame = require("pandas", "io", "to_pandas needs").DataFrame(self._columns())
+        return made
 
 
 def data_frame(columns: Mapping[str, Any]) -> Any:

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs import _inputs, _native, _validate
+from ahrs_rs._estimate import Estimate
 from ahrs_rs._param import Param
-from ahrs_rs.estimate import Estimate, Floats
-from ahrs_rs.recording import Recording
-from ahrs_rs.state import Snapshot, State
-from ahrs_rs.status import Status
+from ahrs_rs._recording import Recording
+from ahrs_rs._state import Snapshot, State
+from ahrs_rs._status import Status
+from ahrs_rs._typing import Floats
 
 FRAMES: tuple[str, ...] = tuple(_native.frames())
 GYR_HOLDS: tuple[str, ...] = tuple(_native.gyr_holds())

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ahrs_rs import _arrays, _plausible
+from ahrs_rs._recording import Recording
 from ahrs_rs._warnings import DataWarning
-from ahrs_rs.recording import Recording
 
 Inputs = tuple[Any, Any, Any, Any]
 

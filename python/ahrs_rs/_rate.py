@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ahrs_rs._typing import FloatArray
 
 #: A step (or a sum of steps) is usual within this part of the median.
 USUAL = 0.25

@@ -17,7 +17,7 @@ from ahrs_rs._checkpoint import Checkpoint, digest, job
 from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._filter import Filter
 from ahrs_rs._progress import progress_count
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 
 __all__ = ["Sweep", "SweepInterrupted", "sweep"]
 

@@ -6,7 +6,6 @@ no backend is chosen: the functions return a ``matplotlib.figure.Figure``, which
 
 from __future__ import annotations
 
-import importlib
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -17,8 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _atomic, metrics
+from ahrs_rs._optional import require
 from ahrs_rs._printable import in_figure
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ErrorPanel", "check_ending", "draw", "errors", "require_matplotlib", "save"]
 
-FloatArray = NDArray[np.float64]
 
 #: The rows of the figure: name -> the error in degrees.
 ERRORS = {
@@ -47,12 +47,7 @@ STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)))
 
 def require_matplotlib() -> None:
     """Raise an ImportError that says what to install, where matplotlib is missing."""
-    try:
-        importlib.import_module("matplotlib")
-    except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
-            raise
-        raise ImportError("plots need matplotlib: pip install ahrs-rs[plot]") from error
+    require("matplotlib", "plot", "plots need")
 
 
 class ErrorPanel:

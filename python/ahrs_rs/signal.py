@@ -12,7 +12,6 @@ runs forward and backward, for recordings only.
 
 from __future__ import annotations
 
-import importlib
 import math
 import threading
 from collections.abc import Sequence
@@ -23,10 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs import _native, _stored
+from ahrs_rs._optional import require
+from ahrs_rs._typing import Floats
 
 __all__ = ["LowPass", "LowPassState", "low_pass", "zero_phase"]
 
-Floats: TypeAlias = NDArray[np.floating[Any]]
 Snapshots: TypeAlias = list[tuple[list[float], float | None]]
 
 #: The highest order of a Butterworth filter here.
@@ -323,7 +323,7 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
         raise ValueError(f"x: expected shape (T,), (T, C) or (N, T, C), got {values.shape}")
     if np.isinf(values).any():
         raise ValueError("x: expected finite values or NaN (missing), got an infinite value")
-    design = _scipy_signal()
+    design = require("scipy.signal", "scipy", "zero_phase needs")
     sections = design.butter(order, cutoff, fs=rate, output="sos")
     recordings = values if values.ndim == 3 else values.reshape(1, len(values), -1)
     for recording in recordings:  # views: the copy is changed in place
@@ -339,15 +339,6 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
         recording[:] = design.sosfiltfilt(sections, recording, axis=0, padlen=length)
         recording[gaps] = np.nan
     return values
-
-
-def _scipy_signal() -> Any:
-    try:
-        return importlib.import_module("scipy.signal")
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "scipy":
-            raise
-        raise ImportError("zero_phase needs scipy: pip install ahrs-rs[calibration]") from error
 
 
 def _order(order: object) -> int:

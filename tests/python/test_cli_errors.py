@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from ahrs_rs.cli import compare as compare_module
+from ahrs_rs.cli import _compare as compare_module
 from ahrs_rs.cli import main
 from commands import Capture, error_of, saved, without
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ahrs_rs._recording import Recording
 from ahrs_rs.io import read
-from ahrs_rs.recording import Recording
 from recordings import recording
 
 

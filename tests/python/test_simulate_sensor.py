@@ -211,7 +211,7 @@ def test_a_decaying_sum_is_its_recursion(count: int, keep: float, seed: int, sca
     for k in range(count):
         state = keep * state + kicks[:, k]
         expected[:, k] = state
-    from ahrs_rs.simulate.noise import decaying_sum
+    from ahrs_rs.simulate._noise import decaying_sum
 
     # Weights of up to 1e3 within a run cost three of sixteen digits.
     assert np.abs(decaying_sum(kicks, keep) - expected).max() < 1e-11

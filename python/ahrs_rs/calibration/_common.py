@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray: TypeAlias = NDArray[np.float64]
+from ahrs_rs._typing import FloatArray
 
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
 AXES = "xyz"
 
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, metrics
 from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
+from ahrs_rs._recording import Recording
 from ahrs_rs._validate import did_you_mean
 from ahrs_rs.filters import FILTERS
-from ahrs_rs.recording import Recording
 
 Commands: TypeAlias = "argparse._SubParsersAction[Any]"
 #: Outputs, each with a function that writes it to the path that it is given.

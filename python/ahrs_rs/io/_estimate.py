@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _atomic, metrics
-from ._contents import require
-from ._ros_out import write_ros
-from ._sto_out import write_sto
-from ._tum import write_tum
+from ahrs_rs import _atomic, metrics
+from ahrs_rs.io._contents import require
+from ahrs_rs.io._ros_out import write_ros
+from ahrs_rs.io._sto_out import write_sto
+from ahrs_rs.io._tum import write_tum
 
 if TYPE_CHECKING:
-    from ..estimate import Estimate
-    from ..recording import Recording
+    from ahrs_rs._estimate import Estimate
+    from ahrs_rs._recording import Recording
 
 Arrays = dict[str, NDArray[Any]]
 

@@ -12,17 +12,17 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._axes import axes_matrix
-from .._rate import nominal_rate
-from .._warnings import DataWarning
-from ..recording import Recording
-from ._contents import TOLD, Options, SensorData, SensorInfo
-from ._finish import finish
-from ._layout import with_layout
-from ._source import Source
+from ahrs_rs._axes import axes_matrix
+from ahrs_rs._rate import nominal_rate
+from ahrs_rs._recording import Recording
+from ahrs_rs._warnings import DataWarning
+from ahrs_rs.io._contents import TOLD, Options, SensorData, SensorInfo
+from ahrs_rs.io._finish import finish
+from ahrs_rs.io._layout import with_layout
+from ahrs_rs.io._source import Source
 
 if TYPE_CHECKING:
-    from ._registry import Format
+    from ahrs_rs.io._registry import Format
 
 #: What `read` can be given as its path.
 Readable = str | os.PathLike[str] | IO[bytes]
@@ -116,7 +116,7 @@ def from_frame(
     rate: float | None = None,
 ) -> Recording:
     """The recording in a data frame; see `Recording.from_frame`."""
-    from ._frame import recording_of_frame
+    from ahrs_rs.io._frame import recording_of_frame
 
     options = _options(None, columns, units, axes, None, None, None, sensor, timezone, rate)
     recording = recording_of_frame(frame, options)
@@ -181,7 +181,7 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
 
 def formats() -> dict[str, Format]:
     """Name -> format, of all that are known, in the order in which they are looked for."""
-    from ._registry import FORMATS  # here, so that the package is imported without its readers
+    from ahrs_rs.io._registry import FORMATS  # here, so that the package is imported without its readers
 
     return FORMATS
 
@@ -195,7 +195,7 @@ def _options(layout: str | os.PathLike[str] | None, *given: Any) -> Options:
     if options.axes is not None:
         axes_matrix(options.axes)  # wrong ones are told before a file is read
     if options.timezone is not None:
-        from ._moments import known_zone  # here: it is rarely asked for
+        from ahrs_rs.io._moments import known_zone  # here: it is rarely asked for
 
         known_zone(options.timezone)
     return options
@@ -240,7 +240,7 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
 
 def _named(source: Source, format: str | None) -> str:
     """The name of the source's format."""
-    from ._preamble import is_text  # here, so that the package is imported without it
+    from ahrs_rs.io._preamble import is_text  # here, so that the package is imported without it
 
     known = formats()
     if format is not None:

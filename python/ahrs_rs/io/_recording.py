@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _atomic
-from ._estimate import write_columns_csv, write_columns_parquet
-from ._names import AXES
-from ._npz import STREAM
-from ._table import META
+from ahrs_rs import _atomic
+from ahrs_rs.io._estimate import write_columns_csv, write_columns_parquet
+from ahrs_rs.io._names import AXES
+from ahrs_rs.io._npz import STREAM
+from ahrs_rs.io._table import META
 
 if TYPE_CHECKING:
-    from ..recording import Recording
+    from ahrs_rs._recording import Recording
 
 #: Arrays of rows.
 ROWS = ("t", "gyr", "acc", "mag", "ref", "mask", "temperature")

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _quat
-from ahrs_rs._attitudes import Attitudes
+from ahrs_rs._slerp import Attitudes
+from ahrs_rs._typing import FloatArray
 from ahrs_rs.metrics._orientation import _unit
 from ahrs_rs.metrics._statistics import checked_mask
 
 __all__ = ["Alignment", "align"]
 
-FloatArray = NDArray[np.float64]
 
 EARTH = ("full", "heading", "none")
 #: Samples that are needed: beyond the seven unknowns the residuals have to say something.

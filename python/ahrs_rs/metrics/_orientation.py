@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _native, _quat
+from ahrs_rs._typing import FloatArray
 from ahrs_rs.metrics._statistics import checked_mask, rmse
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "total_error",
 ]
 
-FloatArray: TypeAlias = NDArray[np.float64]
 
 #: Largest difference of a quaternion's norm from 1. Four components rounded to 3 decimals stay within it.
 NORM_TOLERANCE = 1e-3

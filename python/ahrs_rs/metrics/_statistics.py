@@ -5,14 +5,13 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Box", "box", "gae", "imre", "mad", "mae", "mape", "rmse"]
+from ahrs_rs._typing import FloatArray
 
-FloatArray: TypeAlias = NDArray[np.float64]
+__all__ = ["Box", "box", "gae", "imre", "mad", "mae", "mape", "rmse"]
 
 
 def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:

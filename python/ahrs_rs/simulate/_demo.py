@@ -7,11 +7,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..recording import Recording
-from ._record import Setup, check_positive, check_seed
-from .functions import FloatArray, Waves
-from .magnetic import DEGREE
-from .motion import GRAVITY, EulerMotion, PacedMotion
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.simulate._functions import Waves
+from ahrs_rs.simulate._magnetic import DEGREE
+from ahrs_rs.simulate._motion import EulerMotion, PacedMotion
+from ahrs_rs.simulate._record import Setup, check_positive, check_seed
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _quat
-from ..recording import Recording
-from .functions import FloatArray
-from .magnetic import FIELD, Disturbance
-from .motion import GRAVITY, Motion
-from .noise import Drift, Effect, Part, missing_rows, stream
-from .sensor import Sensor, Triad, as_dict
+from ahrs_rs import _quat
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.simulate._magnetic import FIELD, Disturbance
+from ahrs_rs.simulate._motion import Motion
+from ahrs_rs.simulate._noise import Drift, Effect, Part, missing_rows, stream
+from ahrs_rs.simulate._sensor import Sensor, Triad, as_dict
 
 #: Samples that are computed at a time: the temporary arrays of a block stay in the processor's cache.
 BLOCK = 8192

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, job
 from ahrs_rs._filter import Filter
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 from ahrs_rs.tuning._space import Value
 
 FORMAT = "ahrs_rs.tuning checkpoint"

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ahrs_rs._cells import Metric
 from ahrs_rs._filter import SETTINGS, Filter
+from ahrs_rs._optional import require
 from ahrs_rs._progress import progress_count
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 from ahrs_rs.tuning._evaluate import Evaluator, TuningInterrupted
 from ahrs_rs.tuning._result import Scores, Tuned
 from ahrs_rs.tuning._space import Axis, Value, at, combinations, space
@@ -128,10 +129,7 @@ def _evolve(
     tolerance: float,
     seed: int,
 ) -> list[float]:
-    try:
-        from scipy import optimize
-    except ModuleNotFoundError as error:
-        raise ImportError("tuning.evolve needs scipy: pip install ahrs-rs[scipy]") from error
+    optimize = require("scipy.optimize", "scipy", "tuning.evolve needs")
     search: Any = optimize.differential_evolution  # whose type does not know what vectorized=True changes
     history: list[float] = []
 

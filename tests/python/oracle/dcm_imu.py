@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from .base import Filter, Told, steps
-from .gyro_integration import gyro_step
-from .kalman import (
+from oracle.base import Filter, Told, steps
+from oracle.gyro_integration import gyro_step
+from oracle.kalman import (
     LARGEST_BIAS,
     LARGEST_TURN,
     SAME_VERTICAL,
@@ -23,7 +23,7 @@ from .kalman import (
     skew,
     triple,
 )
-from .so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
+from oracle.so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
 
 PREDICTIONS = ("exponential", "euler")
 
