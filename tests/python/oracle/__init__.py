@@ -9,20 +9,20 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from oracle.complementary import Complementary
-from oracle.dcm_imu import DcmImu
-from oracle.driver import OracleResult, Settings, drive
-from oracle.ekf import EKF
-from oracle.fusion import Fusion
-from oracle.gyro_integration import GyroIntegration
-from oracle.linear_kalman import LinearKalman
-from oracle.madgwick import Madgwick
-from oracle.mahony import Mahony
-from oracle.mekf import MEKF
-from oracle.selfcal import SelfCalKF
-from oracle.tilt import Ecompass, Tilt
-from oracle.trigonometric import Trigonometric
-from oracle.vqf import VQF, BasicVQF
+from .complementary import Complementary
+from .dcm_imu import DcmImu
+from .driver import OracleResult, Settings, drive
+from .ekf import EKF
+from .fusion import Fusion
+from .gyro_integration import GyroIntegration
+from .linear_kalman import LinearKalman
+from .madgwick import Madgwick
+from .mahony import Mahony
+from .mekf import MEKF
+from .selfcal import SelfCalKF
+from .tilt import Ecompass, Tilt
+from .trigonometric import Trigonometric
+from .vqf import VQF, BasicVQF
 
 ORACLES: dict[str, type[Any]] = {
     "GyroIntegration": GyroIntegration,

@@ -2,7 +2,7 @@
 
 import math
 
-from oracle.so3 import Vec3
+from .so3 import Vec3
 
 GRAVITY = 9.80665
 ACC_REJECTED = 8

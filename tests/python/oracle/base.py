@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from oracle.so3 import IDENTITY, Quat, Vec3
+from .so3 import IDENTITY, Quat, Vec3
 
 
 class Weights(NamedTuple):

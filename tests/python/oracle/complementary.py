@@ -2,11 +2,11 @@
 
 import math
 
-from oracle.adaptive import ACC_REJECTED, acc_share
-from oracle.base import Filter, Told
-from oracle.gyro_integration import INTEGRATIONS, gyro_step
-from oracle.so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
-from oracle.trigonometric import acc_angles, euler_rate_step
+from .adaptive import ACC_REJECTED, acc_share
+from .base import Filter, Told
+from .gyro_integration import INTEGRATIONS, gyro_step
+from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
+from .trigonometric import acc_angles, euler_rate_step
 
 
 class Complementary(Filter):

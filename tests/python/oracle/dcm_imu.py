@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from oracle.base import Filter, Told, steps
-from oracle.gyro_integration import gyro_step
-from oracle.kalman import (
+from .base import Filter, Told, steps
+from .gyro_integration import gyro_step
+from .kalman import (
     LARGEST_BIAS,
     LARGEST_TURN,
     SAME_VERTICAL,
@@ -23,7 +23,7 @@ from oracle.kalman import (
     skew,
     triple,
 )
-from oracle.so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
+from .so3 import Quat, Vec3, exp_half, from_euler, normalize, to_euler
 
 PREDICTIONS = ("exponential", "euler")
 

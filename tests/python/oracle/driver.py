@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.intake import Interval, Repeats
-from oracle.losses import Losses
-from oracle.monitor import LOOK, Monitor
-from oracle.recovery import ZERO, Recovery
-from oracle.so3 import (
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .intake import Interval, Repeats
+from .losses import Losses
+from .monitor import LOOK, Monitor
+from .recovery import ZERO, Recovery
+from .so3 import (
     IDENTITY,
     Quat,
     Vec3,

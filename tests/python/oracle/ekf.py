@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from oracle.base import Filter, Told, steps
-from oracle.gyro_integration import INTEGRATIONS
-from oracle.kalman import (
+from .base import Filter, Told, steps
+from .gyro_integration import INTEGRATIONS
+from .kalman import (
     LARGEST_TURN,
     SAME_VERTICAL,
     SATURATION,
@@ -26,7 +26,7 @@ from oracle.kalman import (
     saturated,
     triple,
 )
-from oracle.so3 import IDENTITY, Quat, Vec3, exp_half, normalize, unit
+from .so3 import IDENTITY, Quat, Vec3, exp_half, normalize, unit
 
 #: Cirillo's W belongs to steps of 2 ms.
 CIRILLO_STEP = 0.002

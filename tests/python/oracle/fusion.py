@@ -6,9 +6,9 @@ by their cross products with the measured ones, added to half of the angular rat
 
 import math
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.so3 import IDENTITY, Quat, Vec3, cross, normalize, rotate_inverse, unit
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .so3 import IDENTITY, Quat, Vec3, cross, normalize, rotate_inverse, unit
 
 ACC_REJECTED = 8
 MAG_REJECTED = 16

@@ -1,7 +1,7 @@
 """Angular rate integrated, nothing else."""
 
-from oracle.base import Filter, Told
-from oracle.so3 import IDENTITY, Quat, Vec3, exp_half, multiply, normalize
+from .base import Filter, Told
+from .so3 import IDENTITY, Quat, Vec3, exp_half, multiply, normalize
 
 INTEGRATIONS = ("exponential", "first-order")
 

@@ -1,6 +1,6 @@
 """What a row of a sensor stands for: the time since its last one, or nothing where it repeats that one."""
 
-from oracle.so3 import Vec3
+from .so3 import Vec3
 
 #: An interval of more usual ones than this is an outage.
 OUTAGE = 4.0

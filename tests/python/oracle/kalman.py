@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from oracle.so3 import Quat, Vec3, matrix
+from .so3 import Quat, Vec3, matrix
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from oracle.base import Filter, Told, steps
-from oracle.gyro_integration import INTEGRATIONS, gyro_step
-from oracle.kalman import SAME_VERTICAL, UNKNOWN_ANGLE, Array, capped, gain, inflated, joseph, reported, rotation
-from oracle.so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
-from oracle.trigonometric import acc_angles, euler_rate_step
+from .base import Filter, Told, steps
+from .gyro_integration import INTEGRATIONS, gyro_step
+from .kalman import SAME_VERTICAL, UNKNOWN_ANGLE, Array, capped, gain, inflated, joseph, reported, rotation
+from .so3 import IDENTITY, Quat, Vec3, from_euler, normalize, to_euler, wrap
+from .trigonometric import acc_angles, euler_rate_step
 
 DEGREE2 = math.radians(1.0) ** 2
 #: Parikh's matrices belong to steps of 5 ms.

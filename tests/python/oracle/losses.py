@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from oracle.intake import SHORTENING
-from oracle.so3 import Vec3, squared_norm
+from .intake import SHORTENING
+from .so3 import Vec3, squared_norm
 
 #: A step of more usual ones than this is a gap.
 GAP = 4.0

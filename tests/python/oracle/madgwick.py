@@ -9,11 +9,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oracle.adaptive import ACC_REJECTED, acc_share
-from oracle.base import Filter, Told, Weights
-from oracle.driver import FRAMES
-from oracle.gyro_integration import INTEGRATIONS, gyro_step
-from oracle.so3 import IDENTITY, Quat, Vec3, conjugate, multiply, normalize, rotate, unit
+from .adaptive import ACC_REJECTED, acc_share
+from .base import Filter, Told, Weights
+from .driver import FRAMES
+from .gyro_integration import INTEGRATIONS, gyro_step
+from .so3 import IDENTITY, Quat, Vec3, conjugate, multiply, normalize, rotate, unit
 
 GRADIENTS = ("tangent", "paper")
 SMALLEST_GRADIENT = 1e-12

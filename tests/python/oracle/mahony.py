@@ -2,10 +2,10 @@
 
 import math
 
-from oracle.adaptive import ACC_REJECTED, acc_share
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.so3 import IDENTITY, Z_AXIS, Quat, Vec3, cross, normalize, rotate, rotate_inverse, unit
+from .adaptive import ACC_REJECTED, acc_share
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .so3 import IDENTITY, Z_AXIS, Quat, Vec3, cross, normalize, rotate, rotate_inverse, unit
 
 
 class Mahony(Filter):

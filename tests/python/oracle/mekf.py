@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.kalman import (
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .kalman import (
     ACC_REJECTED,
     LARGEST_BIAS,
     MAG_REJECTED,
@@ -32,7 +32,7 @@ from oracle.kalman import (
     skew,
     triple,
 )
-from oracle.so3 import IDENTITY, Quat, Vec3, before, exp_half, multiply, normalize, wrap
+from .so3 import IDENTITY, Quat, Vec3, before, exp_half, multiply, normalize, wrap
 
 MAGNETOMETERS = ("heading", "vector")
 #: Longest time (s) that one measurement stands for.

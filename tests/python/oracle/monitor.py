@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from oracle.kalman import Array, rotation, saturated, triple
-from oracle.so3 import Quat, Vec3
+from .kalman import Array, rotation, saturated, triple
+from .so3 import Quat, Vec3
 
 GRAVITY = 9.80665
 #: The time in s between two looks, and what one counts for at most.

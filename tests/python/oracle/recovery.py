@@ -2,8 +2,8 @@
 
 import math
 
-from oracle.gyro_integration import gyro_step
-from oracle.so3 import (
+from .gyro_integration import gyro_step
+from .so3 import (
     IDENTITY,
     Quat,
     Vec3,

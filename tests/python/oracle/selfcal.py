@@ -8,9 +8,9 @@ from dataclasses import fields
 
 import numpy as np
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.kalman import (
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .kalman import (
     ACC_REJECTED,
     LARGEST_BIAS,
     MAG_REJECTED,
@@ -24,7 +24,7 @@ from oracle.kalman import (
     saturated,
     triple,
 )
-from oracle.selfcal_model import (
+from .selfcal_model import (
     ACC_BIAS,
     BIAS,
     BLOCK,
@@ -46,7 +46,7 @@ from oracle.selfcal_model import (
     Slip,
     corrected,
 )
-from oracle.so3 import IDENTITY, Quat, Vec3, about_z, exp_half, multiply, normalize, shortest_to_z
+from .so3 import IDENTITY, Quat, Vec3, about_z, exp_half, multiply, normalize, shortest_to_z
 
 #: Groups of states with one limit of their mean variance: first index, number.
 GROUPS = ((0, 2), (2, 1), (3, 3), (6, 9), (15, 3), (18, 3), (21, 1), (22, 3), (25, 3), (28, 2), (30, 1))

@@ -9,8 +9,8 @@ from itertools import groupby
 
 import numpy as np
 
-from oracle.kalman import SATURATION, UNKNOWN_ANGLE, Array, rotation, saturated, skew, triple
-from oracle.so3 import exp_half
+from .kalman import SATURATION, UNKNOWN_ANGLE, Array, rotation, saturated, skew, triple
+from .so3 import exp_half
 
 N = 31
 THETA, TURN, BIAS, MATRIX, VELOCITY, ACC_BIAS, GRAVITY = 0, 2, 3, 6, 15, 18, 21

@@ -18,22 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve, solve_triangular
 
-from oracle.base import Told
-from oracle.driver import (
-    ACC_MISSING,
-    GYR_HELD,
-    MAG_MISSING,
-    NOT_ALIGNED,
-    Driver,
-    OracleResult,
-    Settings,
-    rows,
-    time_steps,
-)
-from oracle.gyro_integration import gyro_step
-from oracle.kalman import MAG_REJECTED, REST, Array, reported, rotation, saturated, triple
-from oracle.selfcal import SelfCalKF
-from oracle.selfcal_model import (
+from .base import Told
+from .driver import ACC_MISSING, GYR_HELD, MAG_MISSING, NOT_ALIGNED, Driver, OracleResult, Settings, rows, time_steps
+from .gyro_integration import gyro_step
+from .kalman import MAG_REJECTED, REST, Array, reported, rotation, saturated, triple
+from .selfcal import SelfCalKF
+from .selfcal_model import (
     ACC_BIAS,
     BIAS,
     DELAY,
@@ -54,7 +44,7 @@ from oracle.selfcal_model import (
     detected,
     find_clipped,
 )
-from oracle.so3 import Quat, Vec3, conjugate, exp_half, multiply, normal, normalize, rotation_vector
+from .so3 import Quat, Vec3, conjugate, exp_half, multiply, normal, normalize, rotation_vector
 
 #: How often the trajectory is smoothed, at least and at most, and the correction (rad) that is small enough to end.
 PASSES, MOST_PASSES, CONVERGED = 2, 8, 0.01

@@ -1,8 +1,8 @@
 """Attitude from the vector measurements alone: inclination (Tilt), inclination and heading (Ecompass)."""
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.so3 import IDENTITY, Quat, Vec3, multiply, normalize, north_turn, rotate, shortest_to_z, unit
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .so3 import IDENTITY, Quat, Vec3, multiply, normalize, north_turn, rotate, shortest_to_z, unit
 
 
 class Tilt(Filter):

@@ -2,8 +2,8 @@
 
 import math
 
-from oracle.base import Filter, Told
-from oracle.so3 import Quat, Vec3, from_euler, to_euler, wrap
+from .base import Filter, Told
+from .so3 import Quat, Vec3, from_euler, to_euler, wrap
 
 SOURCES = ("acc", "gyr")
 

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from oracle.base import Filter, Told
-from oracle.gyro_integration import gyro_step
-from oracle.low_pass import LowPass
-from oracle.so3 import (
+from .base import Filter, Told
+from .gyro_integration import gyro_step
+from .low_pass import LowPass
+from .so3 import (
     IDENTITY,
     Quat,
     Vec3,
