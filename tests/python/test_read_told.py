@@ -219,6 +219,15 @@ def test_a_run_doubts_what_a_file_doubts(sensor: str, limit: float, dtype: type)
             assert [one.split("; ")[0] for one in found] == ([] if told is None else [f"{sensor}: {told}"])
 
 
+@pytest.mark.parametrize("leap", [3600.0, 1e8])
+def test_a_clock_that_leaps_amid_a_run_is_no_unit_of_time(leap: float) -> None:
+    t, gyr, acc, _ = motion()
+    with pytest.warns(ar.DataWarning, match="t: a rate of 0.1 Hz .*; the stamps look like ms"):
+        ar.VQF().run(gyr, acc, t=1000.0 * t)
+    t[N // 2 :] += leap
+    ar.VQF().run(gyr, acc, t=t)  # a warning would be an error
+
+
 def test_infinite_readings_are_an_error_and_nothing_else() -> None:
     t, gyr, acc, _ = motion(speed=6.0)  # fast enough to be compared with the accelerometer
     acc[40] = np.inf

@@ -10,7 +10,7 @@ import pytest
 
 import ahrs_rs as ar
 from losses import BEFORE, TURN, largest_errors, lost, resting
-from signals import RATE, Floats, Signals, conjugate, inclination_between, multiply, rotation
+from signals import RATE, Floats, Signals, angle_between, conjugate, inclination_between, multiply, rotation
 
 DEGREE = np.pi / 180.0
 SEEDS = range(6)
@@ -109,6 +109,15 @@ def test_a_turn_that_the_gyroscope_did_not_show_is_found_again_within_ten_second
     f = ar.FILTERS[name](rate=RATE)
     usual = largest_errors(f, whole, after).max()
     assert largest_errors(f, [lost(one, how) for one in whole], after).max() < max(1.0 * DEGREE, 2.0 * usual)
+
+
+@pytest.mark.parametrize("how", ["gyr is clipped", "gyr has the other sign", "gyr is wrapped"])
+def test_the_smoother_finds_where_the_turn_was_that_the_gyroscope_did_not_show(how: str) -> None:
+    for signals in (lost(resting(seed), how) for seed in SEEDS):
+        est = ar.SelfCalSmoother(rate=RATE).run(*signals.sensors(), t=signals.t)
+        # Half a second about the turn apart: before it as after it the sensor rests, where undisturbed it is right to 0.1°.
+        apart = (signals.t < BEFORE / RATE - 0.5) | (signals.t > (BEFORE + TURN) / RATE + 0.5)
+        assert angle_between(est.quat[apart], signals.truth[apart]).max() < 0.5 * DEGREE
 
 
 # An accelerometer that is wrong for three seconds.

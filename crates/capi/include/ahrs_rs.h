@@ -80,6 +80,16 @@
 #define AHRS_LINEAR 1
 
 /**
+ * A repeated row is a measurement as any other.
+ */
+#define AHRS_NEW 0
+
+/**
+ * A repeated row is none, while the gyroscope's differs, for 1 s at most.
+ */
+#define AHRS_MISSING 1
+
+/**
  * There was no usable accelerometer sample.
  */
 #define AHRS_ACC_MISSING 1
@@ -115,9 +125,19 @@
 #define AHRS_NOT_ALIGNED 64
 
 /**
- * The filter recovers from a long rejection.
+ * The filter recovers from a long rejection, or from a rotation that was lost.
  */
 #define AHRS_RECOVERING 128
+
+/**
+ * The step was much longer than usual.
+ */
+#define AHRS_GAP 256
+
+/**
+ * A row repeats its sensor's last one and was taken for missing, as the settings ask.
+ */
+#define AHRS_REPEATED 512
 
 /**
  * What a filter is: named where one is made, and nowhere else.
@@ -140,6 +160,14 @@ typedef struct AhrsSettings {
    * How the angular rate runs between samples: AHRS_ZERO_ORDER or AHRS_LINEAR.
    */
   uint8_t gyr_hold;
+  /**
+   * What a row is that repeats its sensor's last one: AHRS_NEW or AHRS_MISSING.
+   */
+  uint8_t repeated;
+  /**
+   * The largest rate in rad/s that an axis of the gyroscope shows: what is beyond it is lost. 0 where it is not known.
+   */
+  float gyr_range;
 } AhrsSettings;
 
 #ifdef __cplusplus
@@ -234,7 +262,7 @@ int32_t ahrs_status(const void *memory);
 extern const AhrsFilter ahrs_GyroIntegration;
 typedef union AhrsGyroIntegration {
   uint64_t aligned;
-  unsigned char bytes[112];
+  unsigned char bytes[320];
 } AhrsGyroIntegration;
 
 /**
@@ -246,7 +274,7 @@ typedef union AhrsGyroIntegration {
 extern const AhrsFilter ahrs_Tilt;
 typedef union AhrsTilt {
   uint64_t aligned;
-  unsigned char bytes[104];
+  unsigned char bytes[312];
 } AhrsTilt;
 
 /**
@@ -259,7 +287,7 @@ typedef union AhrsTilt {
 extern const AhrsFilter ahrs_Ecompass;
 typedef union AhrsEcompass {
   uint64_t aligned;
-  unsigned char bytes[104];
+  unsigned char bytes[312];
 } AhrsEcompass;
 
 /**
@@ -276,7 +304,7 @@ typedef union AhrsEcompass {
 extern const AhrsFilter ahrs_Trigonometric;
 typedef union AhrsTrigonometric {
   uint64_t aligned;
-  unsigned char bytes[104];
+  unsigned char bytes[312];
 } AhrsTrigonometric;
 
 /**
@@ -298,7 +326,7 @@ typedef union AhrsTrigonometric {
 extern const AhrsFilter ahrs_Complementary;
 typedef union AhrsComplementary {
   uint64_t aligned;
-  unsigned char bytes[120];
+  unsigned char bytes[328];
 } AhrsComplementary;
 
 /**
@@ -324,7 +352,7 @@ typedef union AhrsComplementary {
 extern const AhrsFilter ahrs_LinearKalman;
 typedef union AhrsLinearKalman {
   uint64_t aligned;
-  unsigned char bytes[200];
+  unsigned char bytes[408];
 } AhrsLinearKalman;
 
 /**
@@ -350,7 +378,7 @@ typedef union AhrsLinearKalman {
 extern const AhrsFilter ahrs_Mahony;
 typedef union AhrsMahony {
   uint64_t aligned;
-  unsigned char bytes[152];
+  unsigned char bytes[360];
 } AhrsMahony;
 
 /**
@@ -377,7 +405,7 @@ typedef union AhrsMahony {
 extern const AhrsFilter ahrs_Madgwick;
 typedef union AhrsMadgwick {
   uint64_t aligned;
-  unsigned char bytes[160];
+  unsigned char bytes[368];
 } AhrsMadgwick;
 
 /**
@@ -424,7 +452,7 @@ typedef union AhrsMadgwick {
 extern const AhrsFilter ahrs_EKF;
 typedef union AhrsEKF {
   uint64_t aligned;
-  unsigned char bytes[472];
+  unsigned char bytes[680];
 } AhrsEKF;
 
 /**
@@ -451,7 +479,7 @@ typedef union AhrsEKF {
 extern const AhrsFilter ahrs_DcmImu;
 typedef union AhrsDcmImu {
   uint64_t aligned;
-  unsigned char bytes[360];
+  unsigned char bytes[568];
 } AhrsDcmImu;
 
 /**
@@ -497,7 +525,7 @@ typedef union AhrsDcmImu {
 extern const AhrsFilter ahrs_MEKF;
 typedef union AhrsMEKF {
   uint64_t aligned;
-  unsigned char bytes[472];
+  unsigned char bytes[680];
 } AhrsMEKF;
 
 /**
@@ -555,7 +583,7 @@ typedef union AhrsMEKF {
 extern const AhrsFilter ahrs_VQF;
 typedef union AhrsVQF {
   uint64_t aligned;
-  unsigned char bytes[840];
+  unsigned char bytes[1032];
 } AhrsVQF;
 
 /**
@@ -617,7 +645,7 @@ typedef union AhrsVQF {
 extern const AhrsFilter ahrs_SelfCalKF;
 typedef union AhrsSelfCalKF {
   uint64_t aligned;
-  unsigned char bytes[4784];
+  unsigned char bytes[5000];
 } AhrsSelfCalKF;
 
 /**
@@ -638,7 +666,7 @@ typedef union AhrsSelfCalKF {
 extern const AhrsFilter ahrs_BasicVQF;
 typedef union AhrsBasicVQF {
   uint64_t aligned;
-  unsigned char bytes[248];
+  unsigned char bytes[440];
 } AhrsBasicVQF;
 
 /**
@@ -674,7 +702,7 @@ typedef union AhrsBasicVQF {
 extern const AhrsFilter ahrs_Fusion;
 typedef union AhrsFusion {
   uint64_t aligned;
-  unsigned char bytes[240];
+  unsigned char bytes[448];
 } AhrsFusion;
 
 #ifdef __cplusplus

@@ -3,11 +3,11 @@
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Scalar, Settings, Vec3};
 
-use crate::Number;
 use crate::metric::{Metric, Sums};
 use crate::prefetch::{PrefetchPlan, Prefetcher};
 use crate::simd::{Instructions, Kernel, Vector};
 use crate::transpose::{deinterleave, interleave};
+use crate::{Number, is_small};
 
 /// A run of samples of several recordings, and room for what comes out.
 ///
@@ -124,14 +124,6 @@ where
         metric.score::<T, I>(self.instructions, quat, reference, sums);
     }
 }
-
-/// Whether an estimator is small enough to be copied for its steps: a copy of its own can live in registers.
-const fn is_small<E, S>() -> bool {
-    size_of::<E>() <= SMALL * size_of::<S>()
-}
-
-/// In numbers.
-const SMALL: usize = 128;
 
 /// The steps from a row on, up to the end or to a row that needs attention first.
 struct Steps<'a, 'b, 'c, S: Scalar, F> {

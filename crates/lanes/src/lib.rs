@@ -43,3 +43,11 @@ pub type StreamCtor<T> = fn(&[f64], Settings) -> Result<Box<dyn Stream<T>>, Para
 /// Makes a filter in lanes, with the values of its parameters in each (choices are those of the first lane), or none where the
 /// processor does not have the instructions.
 pub type BankCtor<T> = fn(&[&[f64]], Settings) -> Option<Result<Box<dyn Bank<T>>, ParamError>>;
+
+/// Whether an estimator is small enough to be copied for its steps: a copy of its own can live in registers.
+const fn is_small<E, S>() -> bool {
+    size_of::<E>() <= SMALL * size_of::<S>()
+}
+
+/// In numbers.
+const SMALL: usize = 128;

@@ -1,7 +1,11 @@
 //! A filter of any kind as one object that goes on from sample to sample.
 
+use std::iter::Peekable;
+
 use ahrs_rs::params::{ParamError, ParamSet};
 use ahrs_rs::{Estimator, Filter, Mask, Quat, Reading, Real, Settings, Vec3};
+
+use crate::is_small;
 
 /// Samples whose readings are computed ahead of the steps.
 const AHEAD: usize = 64;
@@ -75,6 +79,29 @@ fn array4<T: Real>(q: Quat<T>) -> [T; 4] {
     [q.w, q.x, q.y, q.z]
 }
 
+/// The steps up to the end of the input or to a reading that needs attention first.
+#[inline(always)]
+fn steps<'a, 'b, T: Real, F: Filter<T>>(
+    estimator: &mut Estimator<T, F>,
+    input: &mut Peekable<impl Iterator<Item = (&'a Reading<T>, T)>>,
+    out: &mut impl Iterator<Item = (&'b mut [T; 4], &'b mut u16)>,
+    gyr_bias: &mut Option<impl Iterator<Item = &'b mut [T; 3]>>,
+    extra: &mut [(usize, Vec<T>)],
+) {
+    while let Some((reading, dt)) = input.next_if(|&(reading, dt)| !estimator.needs_attention(reading, dt)) {
+        let output = estimator.go_on(reading, dt);
+        let Some((quat, status)) = out.next() else { break };
+        *quat = array4(output.quat);
+        *status = output.flags.bits(0);
+        if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
+            *row = array3(estimator.filter().gyr_bias());
+        }
+        for (index, values) in extra.iter_mut() {
+            estimator.filter().output(*index, &mut |value| values.push(value));
+        }
+    }
+}
+
 impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
     fn start_from(&mut self, [w, x, y, z]: [T; 4]) {
         Estimator::start_from(self, Quat { w, x, y, z });
@@ -108,27 +135,19 @@ impl<T: Real, F: Filter<T> + Send + Sync> Stream<T> for Estimator<T, F> {
                 let mag = mag.as_mut().and_then(Iterator::next).map(|&row| vec3(row));
                 *reading = Reading::new(vec3(gyr), acc, mag);
             }
-            let mut input = readings.iter().zip(dt).peekable();
+            let mut input = readings.iter().zip(dt.iter().copied()).peekable();
             // What is rare is apart from the steps, so that it costs them nothing.
-            while let Some(&(reading, &dt)) = input.peek() {
+            while let Some(&(reading, dt)) = input.peek() {
                 if self.needs_attention(reading, dt) {
                     self.attend_apart(reading, dt);
                 }
-                // A copy of its own can live in registers.
-                let mut this = self.clone();
-                while let Some((reading, &dt)) = input.next_if(|&(reading, &dt)| !this.needs_attention(reading, dt)) {
-                    let output = this.go_on(reading, dt);
-                    let Some((quat, status)) = out.next() else { break };
-                    *quat = array4(output.quat);
-                    *status = output.flags.bits(0);
-                    if let Some(row) = gyr_bias.as_mut().and_then(Iterator::next) {
-                        *row = array3(this.filter().gyr_bias());
-                    }
-                    for (index, values) in tile.extra.iter_mut() {
-                        this.filter().output(*index, &mut |value| values.push(value));
-                    }
+                if const { is_small::<Self, T>() } {
+                    let mut copy = self.clone();
+                    steps(&mut copy, &mut input, &mut out, &mut gyr_bias, tile.extra);
+                    *self = copy;
+                } else {
+                    steps(self, &mut input, &mut out, &mut gyr_bias, tile.extra);
                 }
-                *self = this;
             }
         }
     }
