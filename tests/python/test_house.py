@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -16,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "python" / "ahrs_rs"
 sys.path.insert(0, str(ROOT / "tools"))
 map_tool = importlib.import_module("map")
+names_tool = importlib.import_module("names")
 
 #: The documented namespaces: what else there is has an underscore (scipy's rule).
 NAMESPACES = {
@@ -102,3 +104,48 @@ def test_standard_gravity_stands_once() -> None:
         if isinstance(node, ast.Constant) and node.value == 9.80665
     ]
     assert places == ["_constants.py:6"]
+
+
+PAGES = [ROOT / "ARCHITECTURE.md", *sorted((ROOT / "docs" / "design").glob("*.md"))]
+#: Made by a command that takes hours, or has a machine's state: not in every checkout.
+MADE = {"docs/attacks.md", "docs/robustness.md", "docs/endurance.md"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_paths_of_the_design_are_there(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    linked = [target for target in re.findall(r"\]\(([^)#]+)", text) if "://" not in target]
+    for target in linked:
+        path = (page.parent / target).resolve()
+        assert path.exists() or str(path.relative_to(ROOT)) in MADE, target
+    roots = ("src/", "crates/", "python/", "tests/", "docs/", "tools/", "benches/", "findings/", "firmware/", ".ci/")
+    named = [name for name in re.findall(r"`([^`\s*]+)`", text) if name.startswith(roots)]
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_architecture_is_short_and_has_every_page_of_the_design() -> None:
+    text = PAGES[0].read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 120
+    assert [page.name for page in PAGES[1:] if f"docs/design/{page.name}" not in text] == []
+
+
+def test_every_decision_has_its_context_evidence_and_consequence() -> None:
+    count = 0
+    for page in PAGES[1:]:
+        for decision in page.read_text(encoding="utf-8").split("\n## ")[1:]:
+            title, *_ = decision.splitlines()
+            parts = re.findall(r"^- \*\*(\w+)\.\*\* \S", decision, re.MULTILINE)
+            assert parts == ["Context", "Decision", "Evidence", "Consequence"], f"{page.name}: {title}"
+            count += 1
+    assert count > 40
+
+
+def test_commands_that_the_design_names_are_there() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for page in PAGES:
+        for target in re.findall(r"`make ([a-z0-9-]+)", page.read_text(encoding="utf-8")):
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"{page.name}: make {target}"
+
+
+def test_the_table_of_names_is_current() -> None:
+    assert names_tool.PAGE.read_text(encoding="utf-8") == names_tool.page(), "run `make names`"
