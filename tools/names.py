@@ -45,7 +45,8 @@ QUANTITIES = {
 HEAD = """# One quantity, many names
 
 Made by `make names` from the registry; do not edit. Parameters keep the names of their papers and packages, so one
-quantity is called differently in different filters, and stands in different units. `gyr_range` is also a setting of every filter.
+quantity is called differently in different filters, and stands in different units. `gyr_range` is
+also a setting of every filter.
 
 | quantity | name | unit | filters (default) |
 | --- | --- | --- | --- |

@@ -22,12 +22,24 @@ class Table:
         raise NotImplementedError
 
     def to_polars(self) -> polars.DataFrame:
-        """The data frame of `to_frame` as one of polars; ``ImportError`` where polars is not installed."""
+        """The data frame of `to_frame` as one of polars; ``ImportError`` where polars is not installed.
+
+        Returns
+        -------
+        DataFrame
+            A row a sample, or an error.
+        """
         made: polars.DataFrame = require("polars", "", "to_polars needs").DataFrame(self._columns())
         return made
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The data frame of `to_frame` as one of pandas; ``ImportError`` where pandas is not installed."""
+        """The data frame of `to_frame` as one of pandas; ``ImportError`` where pandas is not installed.
+
+        Returns
+        -------
+        DataFrame
+            A row a sample, or an error.
+        """
         made: pandas.DataFrame = require("pandas", "io", "to_pandas needs").DataFrame(self._columns())
         return made
 

@@ -46,23 +46,41 @@ class Estimate(_Later, Table):
 
     Quaternions are scalar-first ``[w, x, y, z]``, of unit norm, and rotate from the sensor frame to the earth frame
     that the filter was made for. Their sign is continuous along time.
+
+    Parameters
+    ----------
+    quat : ndarray
+        (T, 4) or (N, T, 4).
+    gyr_bias : ndarray, optional
+        (..., T, 3) gyroscope bias in rad/s, or None where the filter estimates none.
+    status : ndarray
+        (..., T) bits of `ahrs_rs.Status`.
+    t : ndarray
+        (T,) stamps in s, or (N, T) where they differ between recordings.
+    state : State or list of State, optional
+        After the last sample (a list of N for N recordings): ``run(..., state=est.state)`` goes on
+        from here; None of an offline filter.
+    extra : mapping
+        What ``outputs=`` asked for, by name: (..., T, *shape).
+    frame : str, optional
+        The earth frame.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> est = ar.Madgwick(rate=100.0).run(rec)
+    >>> est.quat.shape, est.euler(degrees=True).shape
+    ((500, 4), (500, 3))
     """
 
     quat: Floats
-    """(T, 4) or (N, T, 4)."""
     gyr_bias: Floats | None
-    """(..., T, 3) gyroscope bias in rad/s, or None where the filter estimates none."""
     status: NDArray[np.uint16]
-    """(..., T) bits of `ahrs_rs.Status`."""
     t: NDArray[np.float64]
-    """(T,) stamps in s, or (N, T) where they differ between recordings."""
     state: State | list[State] | None
-    """After the last sample (a list of N for N recordings): ``run(..., state=est.state)`` goes on from here; None of an
-    offline filter."""
     extra: Mapping[str, Floats]
-    """What ``outputs=`` asked for, by name: (..., T, *shape)."""
     frame: str = "ENU"
-    """The earth frame."""
 
     @classmethod
     def _of_run(
@@ -108,16 +126,38 @@ class Estimate(_Later, Table):
 
         The order is the reverse of scipy's ``as_euler("ZYX")``, which gives yaw first. Pitch is in [-pi/2, pi/2];
         where it is at an end of that, roll is 0.
+
+        Parameters
+        ----------
+        degrees : bool, optional
+            Degrees in place of radians.
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3) roll, pitch, yaw.
         """
         angles = _native.euler_angles(self.quat)
         return np.rad2deg(angles) if degrees else angles
 
     def matrix(self) -> Floats:
-        """Rotation matrices (..., T, 3, 3): ``v_earth = R @ v_sensor``."""
+        """Rotation matrices (..., T, 3, 3): ``v_earth = R @ v_sensor``.
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3, 3).
+        """
         return _native.rotation_matrices(self.quat)
 
     def rotation(self) -> Rotation:
-        """A ``scipy.spatial.transform.Rotation`` of the same leading shape (needs the extra ``rotation``)."""
+        """A ``scipy.spatial.transform.Rotation`` of the same leading shape (needs the extra ``rotation``).
+
+        Returns
+        -------
+        scipy.spatial.transform.Rotation
+            Of the same leading shape.
+        """
         rotation: type[Rotation] = require("scipy.spatial.transform", "scipy", "rotation needs").Rotation
         if self.quat.ndim > 2 and self.quat.shape[0] == 0:
             return rotation.from_quat(self.quat.reshape(-1, 4), scalar_first=True)
@@ -128,9 +168,12 @@ class Estimate(_Later, Table):
 
         Parameters
         ----------
-        acc : (..., T, 3) specific force in the sensor frame, m/s², of the rows of the estimate.
-        frame : ``"earth"`` or ``"sensor"``, in whose axes it is given.
-        gravity : of the place, m/s².
+        acc : array_like
+            (..., T, 3) specific force in the sensor frame, m/s², of the rows of the estimate.
+        frame : str, optional
+            ``"earth"`` or ``"sensor"``, in whose axes it is given.
+        gravity : float, optional
+            Of the place, m/s².
 
         Returns
         -------
@@ -166,7 +209,8 @@ class Estimate(_Later, Table):
 
         Parameters
         ----------
-        path : the ending tells the format:
+        path : str or path-like
+            The ending tells the format:
 
             - .csv, .parquet: columns t, qw, qx, qy, qz, roll, pitch, yaw, bias_x, bias_y, bias_z where estimated, what
               ``outputs=`` asked for (covariance_0_1, ...), status
@@ -175,10 +219,11 @@ class Estimate(_Later, Table):
             - .tum: trajectory text, scalar-last, positions zero
             - .mcap, .ros2 (a folder): messages of ROS 2 (the extra ``ros``), QuaternionStamped, and Imu with
               `recording`; ROS expects the frame ENU
-
-        recording : of the same rows; CSV, Parquet and npz then have the linear acceleration in the earth frame (m/s²),
-            and messages of ROS the readings.
-        degrees : Euler angles in degrees and the bias in degrees a second, as their names then say (yaw_deg).
+        recording : Recording, optional
+            Of the same rows; CSV, Parquet and npz then have the linear acceleration in the earth frame
+            (m/s²), and messages of ROS the readings.
+        degrees : bool, optional
+            Euler angles in degrees and the bias in degrees a second, as their names then say (yaw_deg).
 
         Raises
         ------
@@ -196,6 +241,11 @@ class Estimate(_Later, Table):
 
         Columns ``t, qw, qx, qy, qz, roll, pitch, yaw`` (rad), ``bias_x, bias_y, bias_z`` (rad/s) where estimated,
         ``status``, the extra outputs with their indices, and ``recording`` where there are N of them.
+
+        Returns
+        -------
+        polars.DataFrame or pandas.DataFrame
+            A row a sample.
         """
         return data_frame(self._columns())
 

@@ -13,20 +13,35 @@ F = TypeVar("F", bound="Filter")
 
 
 def from_kalman_gain(cls: type[F], /, gain: float, *, rate: float, **keywords: Any) -> F:
-    """The filter that weighs the accelerometer as a Kalman filter of gain K1 does in its steady state.
+    """The filter that weighs the accelerometer as a Kalman filter does in its steady state.
 
-    Parikh et al. 2021 choose their weight so: α = 1 - K1, and the time constant is dt α/(1 - α) with dt = 1/rate.
+    Parikh et al. 2021 choose their weight so: α = 1 - K1 with the gain K1 of the angle. The
+    time constant is dt α/(1 - α) with dt = 1/rate.
 
     Parameters
     ----------
-    gain : K1 of the angle, between 0 and 1 (``LinearKalman``'s steady state, for example)
-    rate : sampling rate in Hz for which the gain holds
-    **keywords : those of the constructor, but ``tau``
+    gain : float
+        K1 of the angle, between 0 and 1 (``LinearKalman``'s steady state, for example).
+    rate : float
+        Sampling rate in Hz for which the gain holds.
+    **keywords : float or str
+        Those of the constructor, but ``tau``.
+
+    Returns
+    -------
+    Complementary
+        The filter.
 
     Raises
     ------
     ValueError
-        for a gain that is not between 0 and 1, or a rate that is not positive.
+        A gain that is not between 0 and 1, or a rate that is not positive.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.Complementary.from_kalman_gain(0.01, rate=100.0).tau, 6)
+    0.99
     """
     weight = number("gain", gain)
     if not 0.0 < weight < 1.0:

@@ -47,23 +47,36 @@ class Recording:
 
     Parameters
     ----------
-    t : (T,) s, finite and not decreasing.
-    gyr : (T, 3) angular rate in the sensor frame, rad/s, or None.
-    acc : (T, 3) specific force in the sensor frame, m/s², or None.
-    mag : (T, 3) magnetic field in the sensor frame, µT, or None.
-    ref : (T, 4) true orientation, scalar-first, sensor to earth, or None.
-    mask : (T,) bool, the samples that count in a score, or None for all of them.
-    temperature : (T,) of the sensor, °C, or None.
-    rate : Hz; NaN (the default) takes the rate of `t` over its parts without a gap.
-    meta : what else is known: path, format, units found, repairs made.
-    others : further streams by their names, such as ``device_quat``, ``heading``, ``velocity``, ``pressure``.
-
-    All arrays are float64, whatever the file stored, except `mask`. NaN means "no measurement".
+    t : ndarray
+        (T,) s, finite and not decreasing.
+    gyr : ndarray, optional
+        (T, 3) angular rate in the sensor frame, rad/s, or None.
+    acc : ndarray, optional
+        (T, 3) specific force in the sensor frame, m/s², or None.
+    mag : ndarray, optional
+        (T, 3) magnetic field in the sensor frame, µT, or None.
+    ref : ndarray, optional
+        (T, 4) true orientation, scalar-first, sensor to earth, or None.
+    mask : ndarray, optional
+        (T,) bool, the samples that count in a score, or None for all of them.
+    temperature : ndarray, optional
+        (T,) of the sensor, °C, or None.
+    rate : float, optional
+        Hz; NaN (the default) takes the rate of `t` over its parts without a gap.
+    meta : dict, optional
+        What else is known: path, format, units found, repairs made.
+    others : dict, optional
+        Further streams by their names, such as ``device_quat``, ``heading``, ``velocity``,
+        ``pressure``.
 
     Raises
     ------
     ValueError
         A wrong shape, length or dtype, a decreasing `t`, a rate that is not positive, or no sensor at all.
+
+    Notes
+    -----
+    All arrays are float64, whatever the file stored, except `mask`. NaN means "no measurement".
 
     Examples
     --------
@@ -87,7 +100,6 @@ class Recording:
     meta: dict[str, Any] = field(default_factory=dict)
     others: dict[str, Stream] = field(default_factory=dict)
     _own: dict[str, Stream] | None = field(default=None, init=False, repr=False)
-    """The streams of a recording whose sensors have clocks of their own; None where they are those of the rows."""
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -129,10 +141,14 @@ class Recording:
 
         Parameters
         ----------
-        **streams : ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``, ``temperature``
-            as the arguments of `Recording`, and any further ones, which are kept. All times are on one time base, s.
-        rate : Hz of the rows; None takes that of the clock.
-        meta : what else is known.
+        rate : float, optional
+            Hz of the rows; None takes that of the clock.
+        meta : mapping, optional
+            What else is known.
+        **streams : tuple or Stream
+            ``(t, values)`` or `Stream` by name: ``gyr``, ``acc``, ``mag``, ``ref``, ``mask``,
+            ``temperature`` as the arguments of `Recording`, and any further ones, which are kept. All
+            times are on one time base, s.
 
         Returns
         -------
@@ -194,14 +210,17 @@ class Recording:
 
         Parameters
         ----------
-        frame : DataFrame of pandas (NumPy, nullable and Arrow dtypes) or polars, Table of pyarrow, or a dict of arrays.
-            A time is a column of numbers, dates or durations, or the index of pandas. Columns of vectors are taken too.
-        columns, units, axes, sensor, timezone, rate : as of `ahrs_rs.read`.
+        frame : object
+            DataFrame of pandas (NumPy, nullable and Arrow dtypes) or polars, Table of pyarrow, or a
+            dict of arrays. A time is a column of numbers, dates or durations, or the index of pandas.
+            Columns of vectors are taken too.
+        columns, units, axes, sensor, timezone, rate : mapping, optional
+            As of `ahrs_rs.read`.
 
-        Warns
-        -----
-        DataWarning
-            One, with all that was assumed, repaired, ignored.
+        Returns
+        -------
+        Recording
+            What the columns tell.
 
         Raises
         ------
@@ -209,6 +228,11 @@ class Recording:
             Columns that cannot be understood, units that cannot be, several sensors.
         TypeError
             Something that is no data frame.
+
+        Warns
+        -----
+        DataWarning
+            One, with all that was assumed, repaired, ignored.
 
         Examples
         --------
@@ -264,10 +288,13 @@ class Recording:
 
         Parameters
         ----------
-        rate : None takes the stamps of the gyroscope; a number of Hz regular ones from its first stamp on, with the
-            mean of the angular rate over each step.
-        interpolate : False puts a reading of the accelerometer or the magnetometer on the first stamp at or after its
-            own and NaN elsewhere: nothing is known before it was measured. True gives the line between readings.
+        rate : float, optional
+            None takes the stamps of the gyroscope; a number of Hz regular ones from its first stamp on,
+            with the mean of the angular rate over each step.
+        interpolate : bool, optional
+            False puts a reading of the accelerometer or the magnetometer on the first stamp at or after
+            its own and NaN elsewhere: nothing is known before it was measured. True gives the line
+            between readings.
 
         Returns
         -------
@@ -290,8 +317,9 @@ class Recording:
 
         Parameters
         ----------
-        axes : which of the old axes the new x, y and z are, with their signs: ``"x,-y,-z"`` turns front-right-down into
-            front-left-up.
+        axes : str
+            Which of the old axes the new x, y and z are, with their signs: ``"x,-y,-z"`` turns
+            front-right-down into front-left-up.
 
         Returns
         -------
@@ -319,7 +347,20 @@ class Recording:
         return made
 
     def between(self, start: float, end: float) -> Self:
-        """What was measured at start <= t <= end (s), as views; NaN in `start` or `end` is an error."""
+        """What was measured at start <= t <= end (s), as views; NaN in `start` or `end` is an error.
+
+        Parameters
+        ----------
+        start : float
+            First stamp in s.
+        end : float
+            Last stamp in s.
+
+        Returns
+        -------
+        Recording
+            Views of the same arrays.
+        """
         if not start <= end:
             raise ValueError(f"between: expected start <= end in s, got {start!r} and {end!r}")
         if self._own is None:
@@ -329,7 +370,18 @@ class Recording:
         return type(self).from_streams(rate=self.rate, meta=self.meta, **own)
 
     def changed(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> Self:
-        """The recording with ``change(name, values)`` in place of the values of each stream (of each row array)."""
+        """The recording with ``change(name, values)`` in place of the values of each stream (of each row array).
+
+        Parameters
+        ----------
+        change : callable
+            Called with the name of a stream and its values; gives the new values.
+
+        Returns
+        -------
+        Recording
+            Of the same stamps.
+        """
         if self._own is not None:
             own = {name: Stream(one.t, change(name, one.values)) for name, one in self._own.items()}
             return type(self).from_streams(rate=self.rate, meta=self.meta, **own)
@@ -340,7 +392,18 @@ class Recording:
         return type(self)(**rows, rate=self.rate, meta=dict(self.meta), others=others)
 
     def require(self, name: str) -> FloatArray:
-        """The rows of a sensor; ValueError where the recording has none of it."""
+        """The rows of a sensor; ValueError where the recording has none of it.
+
+        Parameters
+        ----------
+        name : str
+            "gyr", "acc", "mag" or another array.
+
+        Returns
+        -------
+        ndarray
+            The rows.
+        """
         value: FloatArray | None = getattr(self, name)
         if value is None:
             has = " ".join(one for one in self.streams if one not in ("mask", "t")) or "nothing"
@@ -385,9 +448,10 @@ class Recording:
 
         Parameters
         ----------
-        path : the ending tells the format. .npz is exact, with the streams of sensors that have clocks of their own,
-            rate and meta (values that JSON does not know are written as text). .parquet and .csv hold the rows, with
-            units in the names of the columns; .parquet also rate and meta.
+        path : str or path-like
+            The ending tells the format. .npz is exact, with the streams of sensors that have clocks of
+            their own, rate and meta (values that JSON does not know are written as text). .parquet and
+            .csv hold the rows, with units in the names of the columns; .parquet also rate and meta.
 
         Raises
         ------

@@ -45,11 +45,15 @@ def join_reference(
 
     Parameters
     ----------
-    recording : with a gyroscope.
-    other : a recording with `ref` (or else with `device_quat`, which is then taken for the truth), or a file of one. Of
-        a recording that has neither, ValueError.
-    offset : s, added to the times of the reference; None finds it. 0.0 for files of one clock.
-    options : keywords of `read`, where `other` is a file.
+    recording : Recording
+        With a gyroscope.
+    other : Recording, str, path-like or file object
+        A recording with `ref` (or else with `device_quat`, which is then taken for the truth), or a
+        file of one. Of a recording that has neither, ValueError.
+    offset : float, optional
+        S, added to the times of the reference; None finds it. 0.0 for files of one clock.
+    options : dict, optional
+        Keywords of `read`, where `other` is a file.
 
     Returns
     -------

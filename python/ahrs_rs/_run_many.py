@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, overload
 
+from ahrs_rs._engine import Call
 from ahrs_rs._estimate import Estimate
-from ahrs_rs._filter import Call, Filter
+from ahrs_rs._filter import Filter
 from ahrs_rs._progress import counting_on, progress_count
 from ahrs_rs._recording import Recording
 from ahrs_rs._validate import thread_count
@@ -44,14 +45,34 @@ def run_many(
 
     Parameters
     ----------
-    f : the filter; it is not changed
-    recordings : each a `Recording`, a dict of keyword arguments of ``Filter.run`` (gyr, acc, mag, t, q0, state,
-        outputs, out), or a tuple (gyr, acc, mag)
-    threads : how many recordings at once; by default as many as there are cores and as the work pays for
-    progress : show a progress bar, if standard error is a terminal
-    errors : ``"raise"`` the first error, or ``"return"`` an exception in its recording's place
+    f : Filter
+        The filter; it is not changed.
+    recordings : iterable of Recording, mapping or tuple
+        Each a `Recording`, a dict of keyword arguments of ``Filter.run`` (gyr, acc, mag, t, q0,
+        state, outputs, out), or a tuple (gyr, acc, mag).
+    threads : int, optional
+        How many recordings at once; by default as many as there are cores and as the work pays for.
+    progress : bool, optional
+        Show a progress bar, if standard error is a terminal.
+    errors : str, optional
+        ``"raise"`` the first error, or ``"return"`` an exception in its recording's place.
 
+    Returns
+    -------
+    list of Estimate
+        An estimate for each recording, or its exception where asked for.
+
+    Notes
+    -----
     The interpreter's lock is released while a recording is computed.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> ests = ar.run_many(ar.Madgwick(rate=100.0), [rec, rec])
+    >>> len(ests), ests[0].quat.shape
+    (2, (500, 4))
     """
     if errors not in ("raise", "return"):
         raise ValueError(f"errors: expected 'raise' or 'return', got {errors!r}")

@@ -29,6 +29,23 @@ class State:
     It can be pickled, and goes through JSON by `to_json` and `from_json`; whatever way it comes, it is checked.
     A filter takes it back only where class, dtype, parameters, frame, declination and ``gyr_hold`` are the same.
 
+    Parameters
+    ----------
+    filter : str
+        Name of the filter's class.
+    dtype : str
+        ``"float32"`` or ``"float64"``.
+    settings : tuple
+        Parameters and settings by name.
+    variables : tuple of float
+        The filter's variables, last angular rate, output sign and alignment.
+    last_t : float, optional
+        Stamp of the last sample in s, where stamps were given.
+    samples : int
+        How many samples came since the start.
+    version : int, optional
+        Of the format; states of another one are refused.
+
     Raises
     ------
     ValueError
@@ -48,19 +65,12 @@ class State:
     """Of the format. It grows when the variables of any filter change their meaning, order or number."""
 
     filter: str
-    """Name of the filter's class."""
     dtype: str
-    """``"float32"`` or ``"float64"``."""
     settings: Settings
-    """Parameters and settings by name."""
     variables: tuple[float, ...]
-    """The filter's variables, last angular rate, output sign and alignment."""
     last_t: float | None
-    """Stamp of the last sample in s, where stamps were given."""
     samples: int
-    """How many samples came since the start."""
     version: int = VERSION
-    """Of the format; states of another one are refused."""
 
     def __post_init__(self) -> None:
         _stored.check_version(self.VERSION, self.version)
@@ -101,7 +111,13 @@ class State:
         _stored.check_version(self.VERSION, None)
 
     def to_json(self) -> str:
-        """The state as a line of JSON, from which `from_json` makes the same state, bit for bit."""
+        """The state as a line of JSON, from which `from_json` makes the same state, bit for bit.
+
+        Returns
+        -------
+        str
+            One line.
+        """
         content = {
             "filter": self.filter,
             "dtype": self.dtype,
@@ -114,12 +130,33 @@ class State:
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
-        """The state that `to_json` wrote; ``ValueError`` where the text is none, or one of another version."""
+        """The state that `to_json` wrote; ``ValueError`` where the text is none, or one of another version.
+
+        Parameters
+        ----------
+        text : str or bytes
+            What `to_json` gave.
+
+        Returns
+        -------
+        State
+            The same state.
+        """
         names = ("filter", "dtype", "settings", "variables", "last_t", "samples")
         return cls(**_stored.from_json(text, FORMAT, cls.VERSION, names))
 
     def check(self, name: str, dtype: str, settings: Settings) -> None:
-        """Raise a ``ValueError`` that says what differs, if the state is of another filter."""
+        """Raise a ``ValueError`` that says what differs, if the state is of another filter.
+
+        Parameters
+        ----------
+        name : str
+            Of the filter's class.
+        dtype : str
+            "float32" or "float64".
+        settings : tuple
+            Parameters and settings by name.
+        """
         self.__post_init__()  # a field may have been set in spite of the class
         if self.filter != name:
             raise ValueError(f"state: expected a state of {name}, got one of {self.filter}")

@@ -11,6 +11,14 @@ class Status(enum.IntFlag):
     """The bits of ``Estimate.status``; a sample with nothing to say has none.
 
     A sensor that has never been given to the filter is not missing: its bit stays clear.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.Status(5)
+    <Status.ACC_MISSING|GYR_HELD: 5>
+    >>> bool(ar.Status(5) & ar.Status.ACC_MISSING)
+    True
     """
 
     ACC_MISSING = 1

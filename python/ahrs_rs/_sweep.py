@@ -28,19 +28,38 @@ Grid = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sweep(Table):
-    """Errors of parameter sets over recordings."""
+    """Errors of parameter sets over recordings.
+
+    Parameters
+    ----------
+    filter : str
+        The name of the filter.
+    params : list of dict
+        What was given of each parameter set, P of them.
+    metric : str
+        What the errors are: the root mean square in degrees of "total", "heading" or "inclination",
+        or the name of a function.
+    errors : ndarray
+        (P, R), NaN where a recording has no sample that counts, and where `done` is False.
+    done : ndarray
+        (P, R), False where the sweep was interrupted before.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.sweep(ar.Madgwick, {"beta": [0.02, 0.05, 0.1]}, [rec])
+    >>> found.errors.shape
+    (3, 1)
+    >>> sorted(found.best)
+    ['beta']
+    """
 
     filter: str
-    """The name of the filter."""
     params: list[dict[str, Any]]
-    """What was given of each parameter set, P of them."""
     metric: str
-    """What the errors are: the root mean square in degrees of "total", "heading" or "inclination", or the name of a
-    function."""
     errors: NDArray[np.float64]
-    """(P, R), NaN where a recording has no sample that counts, and where `done` is False."""
     done: NDArray[np.bool_]
-    """(P, R), False where the sweep was interrupted before."""
 
     @property
     def mean(self) -> NDArray[np.float64]:
@@ -65,6 +84,11 @@ class Sweep(Table):
         """A polars or pandas DataFrame, whichever is installed, a row an error.
 
         Columns: those of the parameters, then ``recording`` (index) and ``error`` (deg).
+
+        Returns
+        -------
+        polars.DataFrame or pandas.DataFrame
+            A row an error.
         """
         return data_frame(self._columns())
 
@@ -82,6 +106,17 @@ class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; what was done is in `partial`, and ``sweep(..., resume=partial)`` goes on from it.
 
     With a checkpoint the same call goes on from there.
+
+    Parameters
+    ----------
+    partial : Sweep
+        What was done.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> issubclass(ar.SweepInterrupted, KeyboardInterrupt)
+    True
     """
 
     def __init__(self, partial: Sweep) -> None:
@@ -110,20 +145,37 @@ def sweep(
 
     Parameters
     ----------
-    filter : the class, of ``ar.FILTERS``
-    grid : a dict of values for each parameter, of which every combination is taken (the last parameter changes
-        fastest), or a list of dicts; what is not named has its default
-    recordings : each a `Recording` with `ref`, or a dict of its fields
-    metric : the error whose root mean square over the samples of ``mask`` is wanted, as in `metrics.score`:
-        ``"total"``, ``"heading"`` or ``"inclination"``, in degrees; or a function of an `Estimate` and a `Recording`
-    threads : by default as many as there are cores
-    progress : show a progress bar, if standard error is a terminal; or a function that is called with how many errors
-        are done and how many there are
-    dtype : ``float32`` or ``float64``, in which the filter computes
-    resume : a sweep that was interrupted: what it has is taken over
-    checkpoint : a file in which the errors are kept while they are computed, every second or so: the same call goes on
-        from it after whatever has ended the process. A function as metric is known by its name only
-    frame, declination, gyr_hold, repeated, gyr_range : as for the filter; `ref` stands in the same frame
+    filter : type
+        The class, of ``ar.FILTERS``.
+    grid : mapping or list of mapping
+        A dict of values for each parameter, of which every combination is taken (the last parameter
+        changes fastest), or a list of dicts; what is not named has its default.
+    recordings : iterable of Recording or mapping
+        Each a `Recording` with `ref`, or a dict of its fields.
+    metric : str or callable, optional
+        The error whose root mean square over the samples of ``mask`` is wanted, as in
+        `metrics.score`: ``"total"``, ``"heading"`` or ``"inclination"``, in degrees; or a function
+        of an `Estimate` and a `Recording`.
+    threads : int, optional
+        By default as many as there are cores.
+    progress : bool or callable, optional
+        Show a progress bar, if standard error is a terminal; or a function that is called with how
+        many errors are done and how many there are.
+    dtype : data-type, optional
+        ``float32`` or ``float64``, in which the filter computes.
+    resume : Sweep, optional
+        A sweep that was interrupted: what it has is taken over.
+    checkpoint : str or path-like, optional
+        A file in which the errors are kept while they are computed, every second or so: the same
+        call goes on from it after whatever has ended the process. A function as metric is known by
+        its name only.
+    frame, declination, gyr_hold, repeated, gyr_range : str, optional
+        As for the filter; `ref` stands in the same frame.
+
+    Returns
+    -------
+    Sweep
+        The errors, (P, R).
 
     Raises
     ------
@@ -132,6 +184,14 @@ def sweep(
         sweep.
     SweepInterrupted
         for Ctrl-C; nothing of what was done is lost.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.sweep(ar.Madgwick, {"beta": [0.02, 0.05, 0.1]}, [rec])
+    >>> found.errors.shape
+    (3, 1)
     """
     require_class(filter)
     if not isinstance(grid, Mapping) and any(isinstance(each, Recording) for each in grid):

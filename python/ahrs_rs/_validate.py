@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import difflib
-import inspect
 import operator
-from collections.abc import Callable, Iterable
-from typing import Any, TypeVar, cast
-
-F = TypeVar("F", bound=Callable[..., Any])
+from collections.abc import Iterable
+from typing import Any, cast
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
@@ -16,14 +13,6 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     by_name = {each.lower(): each for each in known}
     close = difflib.get_close_matches(name.lower(), by_name, n=1) if isinstance(name, str) else []
     return f" (did you mean {by_name[close[0]]}?)" if close else ""
-
-
-def shown_without_positional(function: F) -> F:
-    """The function, whose signature hides ``*positional``: it is there only so that the error says what to do."""
-    signature = inspect.signature(function)
-    kept = [each for each in signature.parameters.values() if each.kind is not each.VAR_POSITIONAL]
-    function.__signature__ = signature.replace(parameters=kept)  # type: ignore[attr-defined]
-    return function
 
 
 def number(name: str, value: object) -> float:

@@ -63,16 +63,36 @@ FLATNESS = 2.0 * math.log(2.0) / math.pi  # 0.664²
 
 @dataclass(frozen=True, slots=True)
 class Coefficient:
-    """A coefficient of the model, with its confidence interval."""
+    """A coefficient of the model, with its confidence interval.
+
+    Parameters
+    ----------
+    value : float
+        NaN where the recording does not tell.
+    low : float
+        Lower end of the confidence interval.
+    high : float
+        An upper bound also where the value is not known.
+    unit : str
+        Of the value.
+    reason : str, optional
+        Why it is not known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal(10000)
+    >>> walk = ar.calibration.allan(x, 100.0, unit="rad/s").random_walk
+    >>> walk.low < walk.value < walk.high, walk.unit
+    (True, 'rad/s/√Hz')
+    """
 
     value: float
-    """NaN where the samples do not determine it."""
     low: float
     high: float
-    """An upper bound also where the value is not known."""
     unit: str
     reason: str = ""
-    """Why it is not known."""
 
     @property
     def known(self) -> bool:
@@ -82,29 +102,61 @@ class Coefficient:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Allan:
-    """The Allan deviation of one signal, and what it is made of."""
+    """The Allan deviation of one signal, and what it is made of.
+
+    Parameters
+    ----------
+    tau : ndarray
+        (K,) cluster times, s.
+    deviation : ndarray
+        (K,) in the samples' unit.
+    low : ndarray
+        (K,) lower end of the confidence interval of the deviation.
+    high : ndarray
+        (K,) confidence interval of the deviation.
+    edf : ndarray
+        (K,) equivalent degrees of freedom.
+    confidence : float
+        Of the intervals.
+    unit : str
+        Of the samples.
+    quantisation : Coefficient
+        Q, in the unit of the samples times s.
+    random_walk : Coefficient
+        N: of a gyroscope the angle random walk, rad/s/√Hz = rad/√s.
+    bias_instability : Coefficient
+        B, in the unit of the samples.
+    rate_random_walk : Coefficient
+        K, in the unit of the samples over √s.
+    fitted_from : float
+        The shortest cluster time that the model was fitted to, s.
+    misfit : float
+        Χ² of the fit over its degrees of freedom; the intervals are widened by its root where it is
+        above one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal(10000)
+    >>> found = ar.calibration.allan(x, 100.0, unit="rad/s")
+    >>> round(found.random_walk.value, 2)
+    0.1
+    """
 
     tau: FloatArray
-    """(K,) cluster times, s."""
     deviation: FloatArray
-    """(K,) in the samples' unit."""
     low: FloatArray
     high: FloatArray
-    """(K,) confidence interval of the deviation."""
     edf: FloatArray
-    """(K,) equivalent degrees of freedom."""
     confidence: float
     unit: str
     quantisation: Coefficient
     random_walk: Coefficient
-    """N: of a gyroscope the angle random walk, rad/s/√Hz = rad/√s."""
     bias_instability: Coefficient
     rate_random_walk: Coefficient
-    """K, in the unit of the samples over √s."""
     fitted_from: float
-    """The shortest cluster time that the model was fitted to, s."""
     misfit: float
-    """χ² of the fit over its degrees of freedom; the intervals are widened by its root where it is above one."""
 
     @property
     def minimum(self) -> tuple[float, float]:
@@ -123,7 +175,18 @@ class Allan:
         return {name: getattr(self, name) for name in TERMS}
 
     def model(self, tau: ArrayLike) -> FloatArray:
-        """The deviation of the fitted model at cluster times in s; coefficients that are not known count as zero."""
+        """The deviation of the fitted model at cluster times in s; coefficients that are not known count as zero.
+
+        Parameters
+        ----------
+        tau : array_like
+            Cluster times in s.
+
+        Returns
+        -------
+        ndarray
+            The deviation at each of them.
+        """
         squares = [0.0 if math.isnan(one.value) else one.value**2 for one in self.coefficients.values()]
         deviation: FloatArray = np.sqrt(_terms(np.asarray(tau, dtype=np.float64)) @ np.array(squares))
         return deviation
@@ -138,9 +201,12 @@ def allan_deviation(x: ArrayLike, rate: float, clusters: ArrayLike | None = None
 
     Parameters
     ----------
-    x : (T,), finite.
-    rate : Hz.
-    clusters : numbers of samples in a cluster, at most T/2 each; by default three an octave up to T/5.
+    x : array_like
+        (T,), finite.
+    rate : float
+        Hz.
+    clusters : array_like, optional
+        Numbers of samples in a cluster, at most T/2 each; by default three an octave up to T/5.
 
     Returns
     -------
@@ -151,6 +217,14 @@ def allan_deviation(x: ArrayLike, rate: float, clusters: ArrayLike | None = None
     ------
     ValueError
         A wrong shape, NaN or infinite values, too few samples, clusters that do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> tau, deviation = ar.calibration.allan_deviation(np.random.default_rng(0).standard_normal(1000), 100.0, [1, 10])
+    >>> tau
+    array([0.01, 0.1 ])
     """
     samples, rate = _samples(x), _rate(rate)
     if clusters is None:
@@ -168,11 +242,20 @@ def allan(x: ArrayLike | Sequence[ArrayLike], rate: float, *, unit: str = "rad/s
 
     Parameters
     ----------
-    x : (T,), finite, or a list of such: several rests of one sensor, of which the differences are taken together.
-        Each has its own mean.
-    rate : Hz.
-    unit : of the samples.
-    confidence : of all intervals.
+    x : array_like or sequence of array_like
+        (T,), finite, or a list of such: several rests of one sensor, of which the differences are
+        taken together. Each has its own mean.
+    rate : float
+        Hz.
+    unit : str, optional
+        Of the samples.
+    confidence : float, optional
+        Of all intervals.
+
+    Returns
+    -------
+    Allan
+        The deviation and the fitted coefficients.
 
     Raises
     ------
@@ -180,6 +263,14 @@ def allan(x: ArrayLike | Sequence[ArrayLike], rate: float, *, unit: str = "rad/s
         scipy is not installed.
     ValueError
         A wrong shape, NaN or infinite values, too few samples, samples that are all equal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal(10000)
+    >>> round(ar.calibration.allan(x, 100.0, unit="rad/s").random_walk.value, 2)
+    0.1
     """
     several = list(x) if isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) == 1 else [x]
     parts = [_samples(part) for part in several]

@@ -22,7 +22,24 @@ __all__ = ["Calibrations", "load"]
 
 @dataclass(frozen=True, slots=True)
 class Calibrations:
-    """What is known of a sensor's parts; None is a part whose readings stay as they are."""
+    """What is known of a sensor's parts; None is a part whose readings stay as they are.
+
+    Parameters
+    ----------
+    gyr : Calibration or TemperatureCalibration, optional
+        Of the gyroscope.
+    acc : Calibration or TemperatureCalibration, optional
+        Of the accelerometer.
+    mag : Calibration or TemperatureCalibration, optional
+        Of the magnetometer.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> c = ar.calibration.Calibrations(mag=ar.calibration.Calibration.identity())
+    >>> [sensor for sensor, _ in c]
+    ['mag']
+    """
 
     gyr: SensorCalibration | None = None
     acc: SensorCalibration | None = None
@@ -40,6 +57,16 @@ class Calibrations:
 
     def apply(self, recording: Recording) -> Recording:
         """The recording with calibrated readings; a sensor that it lacks is passed over.
+
+        Parameters
+        ----------
+        recording : Recording
+            Raw readings.
+
+        Returns
+        -------
+        Recording
+            With calibrated readings.
 
         Raises
         ------
@@ -69,6 +96,11 @@ class Calibrations:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write cal.json; what was in it goes.
 
+        Parameters
+        ----------
+        path : str or path-like
+            A name that ends in .json.
+
         Raises
         ------
         ValueError
@@ -77,21 +109,55 @@ class Calibrations:
         _cal_json.write(path, {sensor: to_content(sensor, calibration) for sensor, calibration in self})
 
     def to_rust(self) -> str:
-        """Rust source with a constant for each sensor (`GYR`, `ACC`, `MAG`), in float32."""
+        """Rust source with a constant for each sensor (`GYR`, `ACC`, `MAG`), in float32.
+
+        Returns
+        -------
+        str
+            The source.
+        """
         return _firmware.rust({sensor.upper(): calibration._constants() for sensor, calibration in self})
 
     def to_c(self) -> str:
-        """A C header with the constants of each sensor, in float32."""
+        """A C header with the constants of each sensor, in float32.
+
+        Returns
+        -------
+        str
+            The header.
+        """
         return _firmware.c({sensor.upper(): calibration._constants() for sensor, calibration in self})
 
 
 def load(path: str | os.PathLike[str]) -> Calibrations:
     """The calibrations of a file that `Calibrations.save` wrote.
 
+    Parameters
+    ----------
+    path : str or path-like
+        Of a cal.json.
+
+    Returns
+    -------
+    Calibrations
+        Of all sensors in the file.
+
     Raises
     ------
     ValueError
         It is no such file, is of a newer version, or lacks a number.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "cal.json")
+    ...     ar.calibration.Calibration.identity().save(path, "mag")
+    ...     found = ar.calibration.load(path)
+    >>> found.mag.offset
+    array([0., 0., 0.])
     """
     return Calibrations(**load_all(path))
 

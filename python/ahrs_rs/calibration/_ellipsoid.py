@@ -33,40 +33,77 @@ SIZES = (1e-60, 1e60)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EllipsoidFit:
-    """A calibration by an ellipsoid, with what tells how good it is."""
+    """A calibration by an ellipsoid, with what tells how good it is.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        S and b.
+    norm : float
+        Of calibrated readings: the given one, or the estimated one.
+    norm_std : float
+        Standard deviation of an estimated norm; 0 where it was given.
+    names : tuple of str
+        Of the parameters: S_xx, S_yy, S_zz, with nine S_xy, S_xz, S_yz, and b_x, b_y, b_z.
+    values : ndarray
+        (p,) the parameters.
+    covariance : ndarray
+        (p, p) of the parameters: by the residuals, with their correlation in time; no law of the
+        noise is assumed.
+    residual_rms : float
+        Of the calibrated norm about `norm`, over the readings that are no outliers, in the unit of
+        the readings.
+    residual_max : float
+        The largest of them.
+    correlation : float
+        So many readings tell what one independent reading does (1: white noise).
+    deviation_before : float
+        Standard deviation of the norm of the readings over its mean, % (Cirillo et al. 2014),
+        outliers included.
+    deviation_after : float
+        The same of the calibrated readings.
+    coverage : float
+        Share of 72 cells of equal area of the sphere that the readings have seen.
+    observability : float
+        Information about the least known combination of parameters, over that of evenly spread
+        directions.
+    samples : int
+        Readings that were used.
+    outliers : int
+        Readings that were left out as outliers.
+    missing : int
+        Rows without a reading (NaN).
+    left_out : int
+        Rows in motion that an accelerometer's fit did not look at.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 48.0 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> fit = ar.calibration.magnetometer(x + [12.0, -3.0, 5.0])
+    >>> fit.samples, round(fit.norm, 6)
+    (2000, 48.0)
+    """
 
     calibration: Calibration
     norm: float
-    """Of calibrated readings: the given one, or the estimated one."""
     norm_std: float
-    """Standard deviation of an estimated norm; 0 where it was given."""
     names: tuple[str, ...]
-    """Of the parameters: S_xx, S_yy, S_zz, with nine S_xy, S_xz, S_yz, and b_x, b_y, b_z."""
     values: FloatArray
-    """(p,) the parameters."""
     covariance: FloatArray
-    """(p, p) of the parameters: by the residuals, with their correlation in time; no law of the noise is assumed."""
     residual_rms: float
-    """Of the calibrated norm about `norm`, over the readings that are no outliers, in the unit of the readings."""
     residual_max: float
-    """The largest of them."""
     correlation: float
-    """So many readings tell what one independent reading does (1: white noise)."""
     deviation_before: float
-    """Standard deviation of the norm of the readings over its mean, % (Cirillo et al. 2014), outliers included."""
     deviation_after: float
-    """The same of the calibrated readings."""
     coverage: float
-    """Share of 72 cells of equal area of the sphere that the readings have seen."""
     observability: float
-    """Information about the least known combination of parameters, over that of evenly spread directions."""
     samples: int
-    """Readings that were used."""
     outliers: int
     missing: int
-    """Rows without a reading (NaN)."""
     left_out: int
-    """Rows in motion that an accelerometer's fit did not look at."""
 
     @property
     def std(self) -> FloatArray:
@@ -75,7 +112,13 @@ class EllipsoidFit:
         return std
 
     def summary(self) -> str:
-        """All of it for reading, over several lines."""
+        """All of it for reading, over several lines.
+
+        Returns
+        -------
+        str
+            Several lines.
+        """
         lines = [
             f"norm       {self.norm:.5g}" + (f" ± {self.norm_std:.2g}" if self.norm_std else " (given)"),
             *(
@@ -101,11 +144,17 @@ def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, n
 
     Parameters
     ----------
-    x : (T, 3); rows with NaN are left out.
-    parameters : 6 (S diagonal: a scale and an offset an axis) or 9 (S symmetric and positive definite: soft iron too).
-        What a symmetric S leaves open is a rotation of the whole sensor, which norms say nothing about.
-    norm : of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume: det S = 1.
-    name : of the readings, in errors.
+    x : array_like
+        (T, 3); rows with NaN are left out.
+    parameters : int, optional
+        6 (S diagonal: a scale and an offset an axis) or 9 (S symmetric and positive definite: soft
+        iron too). What a symmetric S leaves open is a rotation of the whole sensor, which norms say
+        nothing about.
+    norm : float, optional
+        Of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume:
+        det S = 1.
+    name : str, optional
+        Of the readings, in errors.
 
     Returns
     -------
@@ -118,6 +167,15 @@ def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, n
         The readings do not determine the parameters; the message says what to record.
     ValueError
         A wrong shape or dtype, an infinite value, an unknown number of parameters.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x /= np.linalg.norm(x, axis=1, keepdims=True)
+    >>> ar.calibration.ellipsoid(x + [1.0, 2.0, 3.0]).calibration.offset.round(6)
+    array([1., 2., 3.])
     """
     if parameters not in (6, 9):
         raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
@@ -134,9 +192,17 @@ def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = No
 
     Parameters
     ----------
-    mag : (T, 3) in µT; another unit works where `norm` is not given, with a warning.
-    parameters : 9 or 6, as in `ellipsoid`.
-    norm : of the local field, µT, as a map of the field tells it; None estimates it.
+    mag : array_like
+        (T, 3) in µT; another unit works where `norm` is not given, with a warning.
+    parameters : int, optional
+        9 or 6, as in `ellipsoid`.
+    norm : float, optional
+        Of the local field, µT, as a map of the field tells it; None estimates it.
+
+    Returns
+    -------
+    EllipsoidFit
+        The calibration, and how good it is.
 
     Raises
     ------
@@ -149,6 +215,15 @@ def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = No
     -----
     CalibrationWarning
         A field that is not Earth's in µT.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 48.0 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> ar.calibration.magnetometer(x + [12.0, -3.0, 5.0]).calibration.offset.round(6)
+    array([12., -3.,  5.])
     """
     fit = ellipsoid(mag, parameters=parameters, norm=norm, name="mag")
     radius = fit.norm / _mean_gain(fit)
@@ -180,16 +255,30 @@ def accelerometer(
 
     Parameters
     ----------
-    acc : (T, 3) in m/s², at rest in many attitudes, or slowly turned.
-    rate : Hz; needed to find the windows in which the sensor rests.
-    select : "rest" takes the means of windows in which the readings vary no more than at rest (three times the spread
-        of the quietest tenth). "robust" takes all readings; those that fit to no sphere (external acceleration) are
-        outliers, as long as three in ten are of a sensor that rests.
-    still : (T,) bool, the samples at rest where they are known (then nothing is looked for). Their means over windows
-        are taken where `rate` is given, else the samples themselves.
-    parameters : 6, or 9 with cross-axis sensitivity (then not only attitudes with an axis up and down are needed).
-    gravity : local gravity, m/s².
-    window : length of a window, s.
+    acc : array_like
+        (T, 3) in m/s², at rest in many attitudes, or slowly turned.
+    rate : float, optional
+        Hz; needed to find the windows in which the sensor rests.
+    select : str, optional
+        "rest" takes the means of windows in which the readings vary no more than at rest (three
+        times the spread of the quietest tenth). "robust" takes all readings; those that fit to no
+        sphere (external acceleration) are outliers, as long as three in ten are of a sensor that
+        rests.
+    still : array_like, optional
+        (T,) bool, the samples at rest where they are known (then nothing is looked for). Their
+        means over windows are taken where `rate` is given, else the samples themselves.
+    parameters : int, optional
+        6, or 9 with cross-axis sensitivity (then not only attitudes with an axis up and down are
+        needed).
+    gravity : float, optional
+        Local gravity, m/s².
+    window : float, optional
+        Length of a window, s.
+
+    Returns
+    -------
+    EllipsoidFit
+        The calibration, and how good it is.
 
     Raises
     ------
@@ -197,6 +286,16 @@ def accelerometer(
         The readings do not determine the parameters; the message says what to record.
     ValueError
         As `ellipsoid`; or readings that are off by more than a factor of 2: another unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 9.80665 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> fit = ar.calibration.accelerometer(x + [0.1, 0.0, 0.0], still=np.ones(2000, dtype=bool))
+    >>> fit.calibration.offset.round(6) + 0.0
+    array([0.1, 0. , 0. ])
     """
     gravity = positive("gravity", gravity)
     if parameters not in (6, 9):

@@ -31,10 +31,25 @@ class Turn:
 
     Parameters
     ----------
-    gyr : (T, 3) rad/s, with the rest before and after.
-    axis : "x", "y", "z", or a direction (3,) in the sensor frame.
-    angle : rad, positive by the right-hand rule.
-    rate : Hz; or t : (T,) s.
+    gyr : array_like
+        (T, 3) rad/s, with the rest before and after.
+    axis : str or array_like
+        "x", "y", "z", or a direction (3,) in the sensor frame.
+    angle : float
+        Rad, positive by the right-hand rule.
+    rate : float, optional
+        Hz; or t : (T,) s.
+    t : array_like, optional
+        (n,) stamps in s, in place of the rate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> gyr = np.tile([0.0, 0.0, 1.0], (101, 1))
+    >>> turn = ar.calibration.Turn(gyr, "z", 1.0, rate=100.0)
+    >>> turn.axis, turn.angle
+    ('z', 1.0)
     """
 
     gyr: ArrayLike
@@ -61,7 +76,18 @@ class Turn:
         return turned
 
     def integral(self, name: str) -> tuple[FloatArray, float, float]:
-        """∫ gyr dt in rad, the duration in s, and Σ dt² in s²; missing rows hold the last rate."""
+        """∫ gyr dt in rad, the duration in s, and Σ dt² in s²; missing rows hold the last rate.
+
+        Parameters
+        ----------
+        name : str
+            Of the turn, for messages.
+
+        Returns
+        -------
+        tuple
+            The integral, the duration and the sum of squared steps.
+        """
         array, valid = readings(name, self.gyr)
         if not valid.any() or len(array) < 2:
             raise CalibrationError(f"{name}: expected a turn, got {int(valid.sum())} readings")
@@ -72,19 +98,39 @@ class Turn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GyroscopeFit:
-    """x = G y + b, so that y = S (x − b) with S = G⁻¹."""
+    """x = G y + b, so that y = S (x − b) with S = G⁻¹.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        S and b.
+    gain : ndarray
+        (3, 3) G; diagonal unless cross axes were asked for.
+    bias : ndarray
+        (3,) rad/s.
+    gain_std : ndarray
+        (3, 3) standard deviations, by the noise at rest as white noise.
+    bias_std : ndarray
+        (3,) rad/s.
+    residual : ndarray
+        (K, 3) rad: what the calibrated turns lack; or (1, 3), the RMS over the windows of a
+        reference.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> fit = ar.calibration.gyroscope(np.full((500, 3), 0.01))
+    >>> fit.bias
+    array([0.01, 0.01, 0.01])
+    """
 
     calibration: Calibration
     gain: FloatArray
-    """(3, 3) G; diagonal unless cross axes were asked for."""
     bias: FloatArray
-    """(3,) rad/s"""
     gain_std: FloatArray
-    """(3, 3) standard deviations, by the noise at rest as white noise."""
     bias_std: FloatArray
-    """(3,) rad/s"""
     residual: FloatArray
-    """(K, 3) rad: what the calibrated turns lack; or (1, 3), the RMS over the windows of a reference."""
 
 
 def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool = False) -> GyroscopeFit:
@@ -92,9 +138,17 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
 
     Parameters
     ----------
-    rest : (T, 3) rad/s, readings at rest.
-    turns : at least one about each axis; none leaves the gains at 1.
-    cross_axis : estimate all of G (scale, misalignment) instead of a gain for each axis.
+    rest : array_like
+        (T, 3) rad/s, readings at rest.
+    turns : sequence of Turn, optional
+        At least one about each axis; none leaves the gains at 1.
+    cross_axis : bool, optional
+        Estimate all of G (scale, misalignment) instead of a gain for each axis.
+
+    Returns
+    -------
+    GyroscopeFit
+        The calibration, with its standard deviations.
 
     Raises
     ------
@@ -102,6 +156,17 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
         Readings at rest that turn; turns that do not reach all axes.
     ValueError
         A turn whose angle is off by more than a factor of 2: another unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> rates = {name: np.tile(axis, (101, 1)) for name, axis in zip("xyz", np.eye(3))}
+    >>> turns = [ar.calibration.Turn(gyr, name, 1.01, rate=100.0) for name, gyr in rates.items()]
+    >>> ar.calibration.gyroscope(np.zeros((500, 3)), turns).gain.round(6)
+    array([[0.990099, 0.      , 0.      ],
+           [0.      , 0.990099, 0.      ],
+           [0.      , 0.      , 0.990099]])
     """
     array, valid = readings("rest", rest)
     still = array[valid]
@@ -167,15 +232,36 @@ def gyroscope_from_reference(
 
     Parameters
     ----------
-    gyr : (T, 3) rad/s; gyr[k] holds over (t[k-1], t[k]].
-    ref : (T, 4) orientations of this sensor's frame, scalar-first, to any fixed frame; NaN where unknown.
-    rate : Hz; or t : (T,) s.
-    window : s. Long windows tell more about the bias, short ones forgive a lost reference.
+    gyr : array_like
+        (T, 3) rad/s; gyr[k] holds over (t[k-1], t[k]].
+    ref : array_like
+        (T, 4) orientations of this sensor's frame, scalar-first, to any fixed frame; NaN where
+        unknown.
+    rate : float, optional
+        Hz; or t : (T,) s.
+    t : array_like, optional
+        (T,) stamps in s, in place of the rate.
+    window : float, optional
+        s. Long windows tell more about the bias, short ones forgive a lost reference.
+
+    Returns
+    -------
+    GyroscopeFit
+        The calibration, with its standard deviations.
 
     Raises
     ------
     CalibrationError
         Too few windows, or too little turning about an axis; a reference of another frame than the sensor's.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=20.0, noise=False)
+    >>> ar.calibration.gyroscope_from_reference(rec.gyr, rec.ref, rate=100.0).gain.round(2)
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 0., 1.]])
     """
     array, _ = readings("gyr", gyr)
     quat = np.asarray(ref, dtype=np.float64)

@@ -50,19 +50,44 @@ ADVICE = "turn the sensor quickly to and fro, about twice a second, about two ax
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MagDelay:
-    """How late the magnetometer's readings are."""
+    """How late the magnetometer's readings are.
+
+    Parameters
+    ----------
+    delay : float
+        S; negative where the gyroscope's readings are late. The parameter `mag_delay` of the
+        filters that have it.
+    standard_error : float
+        S.
+    windows : int
+        How many windows of the recording were used.
+    residual : float
+        What the field varies by beyond all that was estimated (median of the windows' RMS),
+        relative to its norm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=60.0, noise=False)
+    >>> found = ar.calibration.mag_delay(rec)
+    >>> abs(found.delay) < 0.005
+    True
+    """
 
     delay: float
-    """s; negative where the gyroscope's readings are late. The parameter `mag_delay` of the filters that have it."""
     standard_error: float
-    """s"""
     windows: int
-    """How many windows of the recording were used."""
     residual: float
-    """What the field varies by beyond all that was estimated (median of the windows' RMS), relative to its norm."""
 
     def summary(self) -> str:
-        """For reading."""
+        """The delay for reading.
+
+        Returns
+        -------
+        str
+            Several lines.
+        """
         return (
             f"delay      {1e3 * self.delay:.2f} ± {1e3 * self.standard_error:.2f} ms behind the gyroscope\n"
             f"windows    {self.windows}, in which the field varies by {100 * self.residual:.2g} %"
@@ -77,9 +102,17 @@ def mag_delay(recording: Recording, *, window: float = 1.0, largest_error: float
 
     Parameters
     ----------
-    recording : with gyroscope and magnetometer, in motion.
-    window : s. Over one the field may have any value and slope.
-    largest_error : s; a larger standard error is an error.
+    recording : Recording
+        With gyroscope and magnetometer, in motion.
+    window : float, optional
+        s. Over one the field may have any value and slope.
+    largest_error : float, optional
+        S; a larger standard error is an error.
+
+    Returns
+    -------
+    MagDelay
+        The delay, with its standard error.
 
     Raises
     ------
@@ -91,6 +124,13 @@ def mag_delay(recording: Recording, *, window: float = 1.0, largest_error: float
     Windows that vary more than others count less (Student's t). The standard error is that of the estimates without one
     twentieth of the recording after the other (jackknife), or that of the residuals as noise of 50 ms' correlation,
     whichever is larger. Filters take the rate of the sample for that over the delay; here R(t − τ) is interpolated.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=60.0, noise=False)
+    >>> abs(ar.calibration.mag_delay(rec).delay) < 0.005
+    True
     """
     positive("window", window)
     positive("largest_error", largest_error)

@@ -33,14 +33,27 @@ class Calibration:
 
     Parameters
     ----------
-    matrix : (3, 3) S: scale factors, soft iron, cross-axis sensitivity.
-    offset : (3,) b, in the unit of the readings: hard iron, zero-g offset, bias.
-    info : what else is known and goes into the file: how it was fitted, its uncertainty.
+    matrix : ndarray
+        (3, 3) S: scale factors, soft iron, cross-axis sensitivity.
+    offset : ndarray
+        (3,) b, in the unit of the readings: hard iron, zero-g offset, bias.
+    info : mapping, optional
+        What else is known and goes into the file: how it was fitted, its uncertainty.
 
     Raises
     ------
     ValueError
         A wrong shape, a value that is not finite, a matrix without an inverse.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> c = ar.calibration.Calibration(np.diag([2.0, 1.0, 1.0]), [1.0, 0.0, 0.0])
+    >>> c.apply([[2.0, 3.0, 4.0]])
+    array([[2., 3., 4.]])
+    >>> c.inverse().apply(c.apply([[2.0, 3.0, 4.0]]))
+    array([[2., 3., 4.]])
     """
 
     matrix: FloatArray
@@ -63,33 +76,86 @@ class Calibration:
 
     @classmethod
     def identity(cls) -> Self:
-        """The calibration that changes nothing."""
+        """The calibration that changes nothing.
+
+        Returns
+        -------
+        Calibration
+            S = 1, b = 0.
+        """
         return cls(np.eye(3), np.zeros(3))
 
     def apply(self, x: ArrayLike) -> NDArray[np.floating[Any]]:
         """The calibrated readings (..., 3), float32 for float32 with the bits that firmware gets.
 
         A NaN in one axis makes all three NaN: a reading that is missing. Infinite values are a ValueError.
+
+        Parameters
+        ----------
+        x : array_like
+            (..., 3) readings.
+
+        Returns
+        -------
+        ndarray
+            (..., 3) calibrated readings.
         """
         return _native.calibrate(x, self.matrix.tolist(), self.offset.tolist())
 
     def inverse(self) -> Calibration:
-        """The calibration that takes calibrated readings back to raw ones: x = S⁻¹ (y + S b)."""
+        """The calibration that takes calibrated readings back to raw ones: x = S⁻¹ (y + S b).
+
+        Returns
+        -------
+        Calibration
+            From calibrated to raw.
+        """
         inverse = np.linalg.inv(self.matrix).astype(np.float64, copy=False)
         return Calibration(inverse, -self.matrix @ self.offset)
 
     def after(self, first: Calibration) -> Calibration:
-        """One calibration in place of two: `first`, and then this one."""
+        """One calibration in place of two: `first`, and then this one.
+
+        Parameters
+        ----------
+        first : Calibration
+            What is applied before this one.
+
+        Returns
+        -------
+        Calibration
+            Both in one.
+        """
         moved: FloatArray = first.offset + np.linalg.solve(first.matrix, self.offset)
         return Calibration(self.matrix @ first.matrix, moved)
 
     def save(self, path: str | os.PathLike[str], sensor: str) -> None:
-        """Write it as that of a sensor ("gyr", "acc" or "mag"); other sensors in an existing file stay."""
+        """Write it as that of a sensor ("gyr", "acc" or "mag"); other sensors in an existing file stay.
+
+        Parameters
+        ----------
+        path : str or path-like
+            A name that ends in .json.
+        sensor : str
+            "gyr", "acc" or "mag".
+        """
         put(path, sensor, self)
 
     @staticmethod
     def load(path: str | os.PathLike[str], sensor: str | None = None) -> Calibration:
         """The calibration of a sensor in a file; `sensor` may be left out where the file holds one.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Of a cal.json.
+        sensor : str, optional
+            "gyr", "acc" or "mag"; may be left out where the file holds one.
+
+        Returns
+        -------
+        Calibration
+            That of the sensor.
 
         Raises
         ------
@@ -102,11 +168,33 @@ class Calibration:
         return found
 
     def to_rust(self, name: str = "CALIBRATION") -> str:
-        """Rust source of a constant for firmware, in float32."""
+        """Rust source of a constant for firmware, in float32.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of the constant.
+
+        Returns
+        -------
+        str
+            The source.
+        """
         return _firmware.rust({name: self._constants()})
 
     def to_c(self, name: str = "CALIBRATION") -> str:
-        """A C header with the matrix and the offset as constants, in float32."""
+        """A C header with the matrix and the offset as constants, in float32.
+
+        Parameters
+        ----------
+        name : str, optional
+            With which the constants begin.
+
+        Returns
+        -------
+        str
+            The header.
+        """
         return _firmware.c({name: self._constants()})
 
     def _constants(self) -> Constants:
@@ -122,16 +210,29 @@ class TemperatureCalibration:
 
     Parameters
     ----------
-    gain_slope, gain_at_zero : (3,) a (per °C) and b of the gain.
-    bias_slope, bias_at_zero : (3,) a (per °C) and b of the bias, in the unit of the readings.
-    range : the lowest and the highest temperature that it was fitted on, °C.
-    covariance : (12, 12) of the numbers in the order above, or None.
-    info : what else is known and goes into the file.
+    gain_slope, gain_at_zero : ndarray
+        (3,) a (per °C) and b of the gain.
+    bias_slope, bias_at_zero : ndarray
+        (3,) a (per °C) and b of the bias, in the unit of the readings.
+    range : tuple, optional
+        The lowest and the highest temperature that it was fitted on, °C.
+    covariance : ndarray, optional
+        (12, 12) of the numbers in the order above, or None.
+    info : mapping, optional
+        What else is known and goes into the file.
 
     Raises
     ------
     ValueError
         A wrong shape, a value that is not finite, a gain that is not positive over `range`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> c = ar.calibration.TemperatureCalibration(np.zeros(3), np.ones(3), np.full(3, 0.01), np.zeros(3))
+    >>> c.at(20.0).offset
+    array([0.2, 0.2, 0.2])
     """
 
     gain_slope: FloatArray
@@ -171,7 +272,18 @@ class TemperatureCalibration:
         return np.concatenate((self.gain_slope, self.gain_at_zero, self.bias_slope, self.bias_at_zero))
 
     def at(self, temperature: float) -> Calibration:
-        """The calibration at a temperature in °C."""
+        """The calibration at a temperature in °C.
+
+        Parameters
+        ----------
+        temperature : float
+            In °C.
+
+        Returns
+        -------
+        Calibration
+            Constant.
+        """
         gain = self.gain_slope * float(temperature) + self.gain_at_zero
         if not (gain > 0).all():
             raise ValueError(f"temperature: expected one at which every gain is positive, got {gain} at {temperature}")
@@ -182,9 +294,16 @@ class TemperatureCalibration:
 
         Parameters
         ----------
-        x : (..., 3)
-        temperature : of each reading (...), or one for all, °C. NaN is a temperature that was not measured: the last
-            known one holds (before the first one: the first).
+        x : array_like
+            (..., 3).
+        temperature : array_like
+            Of each reading (...), or one for all, °C. NaN is a temperature that was not measured: the
+            last known one holds (before the first one: the first).
+
+        Returns
+        -------
+        ndarray
+            (..., 3) calibrated readings.
         """
         x = x if isinstance(x, np.ndarray) else np.asarray(x)
         held = np.broadcast_to(_held(np.asarray(temperature, dtype=np.float64)), x.shape[:-1])
@@ -195,23 +314,66 @@ class TemperatureCalibration:
         return _native.calibrate_at(x, held, *lines)
 
     def save(self, path: str | os.PathLike[str], sensor: str) -> None:
-        """Write it as that of a sensor ("gyr", "acc" or "mag"); other sensors in an existing file stay."""
+        """Write it as that of a sensor ("gyr", "acc" or "mag"); other sensors in an existing file stay.
+
+        Parameters
+        ----------
+        path : str or path-like
+            A name that ends in .json.
+        sensor : str
+            "gyr", "acc" or "mag".
+        """
         put(path, sensor, self)
 
     @staticmethod
     def load(path: str | os.PathLike[str], sensor: str | None = None) -> TemperatureCalibration:
-        """The calibration of a sensor in a file; `sensor` may be left out where the file holds one."""
+        """The calibration of a sensor in a file; `sensor` may be left out where the file holds one.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Of a cal.json.
+        sensor : str, optional
+            "gyr", "acc" or "mag"; may be left out where the file holds one.
+
+        Returns
+        -------
+        TemperatureCalibration
+            That of the sensor.
+        """
         found = get(path, sensor)
         if not isinstance(found, TemperatureCalibration):
             raise ValueError(f"{path}: is calibrated for one temperature: Calibration.load")
         return found
 
     def to_rust(self, name: str = "CALIBRATION") -> str:
-        """Rust source of a constant for firmware, in float32."""
+        """Rust source of a constant for firmware, in float32.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of what is made.
+
+        Returns
+        -------
+        str
+            The source.
+        """
         return _firmware.rust({name: self._constants()})
 
     def to_c(self, name: str = "CALIBRATION") -> str:
-        """A C header with the lines of gain and bias as constants, in float32."""
+        """A C header with the lines of gain and bias as constants, in float32.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of what is made.
+
+        Returns
+        -------
+        str
+            The header.
+        """
         return _firmware.c({name: self._constants()})
 
     def _constants(self) -> Constants:

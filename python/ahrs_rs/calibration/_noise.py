@@ -32,23 +32,57 @@ MISSING_SHARE = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorNoise:
-    """The noise of one sensor of three axes."""
+    """The noise of one sensor of three axes.
+
+    Parameters
+    ----------
+    unit : str
+        Of the samples.
+    rate : float
+        Of its measurements, Hz.
+    samples : int
+        How many measurements were at rest.
+    deviation : ndarray
+        (3,) standard deviation of a sample about the mean of its phase.
+    norm : float
+        Of the mean over the phases: g for the accelerometer, the field's strength for the
+        magnetometer.
+    horizontal : float
+        The part of that norm that is across the mean specific force; NaN without an accelerometer.
+    axes : tuple
+        The Allan deviations of x, y and z.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=60.0, sensor=ar.simulate.SENSORS["mpu9250"])
+    >>> gyr = ar.calibration.noise(rec).sensors["gyr"]
+    >>> gyr.unit, round(gyr.rate)
+    ('rad/s', 100)
+    """
 
     unit: str
     rate: float
-    """Of its measurements, Hz."""
     samples: int
-    """How many measurements were at rest."""
     deviation: FloatArray
-    """(3,) standard deviation of a sample about the mean of its phase."""
     norm: float
-    """Of the mean over the phases: g for the accelerometer, the field's strength for the magnetometer."""
     horizontal: float
-    """The part of that norm that is across the mean specific force; NaN without an accelerometer."""
     axes: tuple[Allan, Allan, Allan]
 
     def mean(self, coefficient: str) -> float:
-        """The root mean square over the axes of a coefficient, of those that are known; NaN where none is."""
+        """The root mean square over the axes of a coefficient, of those that are known; NaN where none is.
+
+        Parameters
+        ----------
+        coefficient : str
+            The name of a field of `Allan`: "quantisation", "random_walk", "bias_instability" or
+            "rate_random_walk".
+
+        Returns
+        -------
+        float
+            NaN where none is known.
+        """
         values = [getattr(one, coefficient).value for one in self.axes]
         known = [value for value in values if not math.isnan(value)]
         return math.sqrt(sum(value**2 for value in known) / len(known)) if known else math.nan
@@ -56,13 +90,31 @@ class SensorNoise:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:
-    """The noise of all sensors of a recording at rest."""
+    """The noise of all sensors of a recording at rest.
+
+    Parameters
+    ----------
+    sensors : dict
+        By name: "gyr", "acc", "mag", those that the recording has.
+    covariance : ndarray
+        Cirillo's V with all its elements, in the order ω, a, m: (9, 9), or (6, 6) without a
+        magnetometer. ω in rad²/s², the specific force over g, the field over the norm of its mean.
+    bias : GyroscopeBias
+        Of the gyroscope.
+    rest : Rest
+        Where the sensor rests.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=60.0, sensor=ar.simulate.SENSORS["mpu9250"])
+    >>> found = ar.calibration.noise(rec)
+    >>> sorted(found.sensors)
+    ['acc', 'gyr', 'mag']
+    """
 
     sensors: dict[str, SensorNoise]
-    """By name: "gyr", "acc", "mag", those that the recording has."""
     covariance: FloatArray
-    """Cirillo's V with all its elements, in the order ω, a, m: (9, 9), or (6, 6) without a magnetometer. ω in rad²/s²,
-    the specific force over g, the field over the norm of its mean."""
     bias: GyroscopeBias
     rest: Rest
 
@@ -72,7 +124,13 @@ class Noise:
         return np.diagonal(self.covariance).copy()
 
     def ekf_parameters(self) -> dict[str, float]:
-        """Parameters of `EKF`: the variances of a sample of each axis. Process noises keep their defaults."""
+        """Parameters of `EKF`: the variances of a sample of each axis. Process noises keep their defaults.
+
+        Returns
+        -------
+        dict
+            Keywords of `EKF`.
+        """
         names = [f"{sensor}_variance_{axis}" for sensor in self.sensors for axis in AXES]
         return _allowed("EKF", dict(zip(names, self.variances.tolist(), strict=True)))
 
@@ -83,6 +141,11 @@ class Noise:
         and heading_noise that of the magnetometer over the field's horizontal part. In motion, acceleration is a larger
         error of the specific force than this noise, and the defaults of `MEKF` are set for that: of acc_noise and
         heading_noise these values are lower bounds.
+
+        Returns
+        -------
+        dict
+            Keywords of `MEKF`.
         """
         gyr = self.sensors["gyr"]
         found = {"gyr_noise": gyr.mean("random_walk"), "bias_noise": gyr.mean("rate_random_walk")}
@@ -94,7 +157,13 @@ class Noise:
         return _allowed("MEKF", {name: value for name, value in found.items() if not math.isnan(value)})
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the curves' intervals, as JSON knows it; what is not known is None."""
+        """Everything but the curves' intervals, as JSON knows it; what is not known is None.
+
+        Returns
+        -------
+        dict
+            What JSON knows.
+        """
         return {
             "format": "ahrs_rs.noise",
             "version": 1,
@@ -110,7 +179,13 @@ class Noise:
         }
 
     def figure(self) -> Figure:
-        """The Allan deviations of all axes with their confidence, and the fitted models; needs matplotlib."""
+        """The Allan deviations of all axes with their confidence, and the fitted models; needs matplotlib.
+
+        Returns
+        -------
+        Figure
+            One panel a sensor.
+        """
         from ahrs_rs import plots  # for drawing only
 
         plots.require_matplotlib()
@@ -143,9 +218,18 @@ def noise(recording: Recording, rest: Rest | None = None, *, confidence: float =
 
     Parameters
     ----------
-    recording : a longer rest shows slower noises: coefficients are known up to a fifth of the longest phase.
-    rest : from `find_rest`, which is called where None is given.
-    confidence : of the intervals, and by which a coefficient must be above zero to be given.
+    recording : Recording
+        A longer rest shows slower noises: coefficients are known up to a fifth of the longest
+        phase.
+    rest : Rest, optional
+        From `find_rest`, which is called where None is given.
+    confidence : float, optional
+        Of the intervals, and by which a coefficient must be above zero to be given.
+
+    Returns
+    -------
+    Noise
+        Of all sensors.
 
     Raises
     ------
@@ -153,6 +237,13 @@ def noise(recording: Recording, rest: Rest | None = None, *, confidence: float =
         scipy is not installed.
     ValueError
         No rest, too few samples, or samples that are all equal; the message names the sensor.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=60.0, sensor=ar.simulate.SENSORS["mpu9250"])
+    >>> sorted(ar.calibration.noise(rec).mekf_parameters())[:2]
+    ['acc_noise', 'gyr_noise']
     """
     rest = find_rest(recording) if rest is None else rest
     if rest.mask.shape != (len(recording),):

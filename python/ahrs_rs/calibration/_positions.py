@@ -25,15 +25,39 @@ WORST_CONDITION = 1e3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PositionsFit:
-    """Gain and bias of each axis, x = gain y + bias, so that y = S (x − b) with S = diag(1 / gain), b = bias."""
+    """Gain and bias of each axis, x = gain y + bias, so that y = S (x − b) with S = diag(1 / gain), b = bias.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        S and b.
+    gain : ndarray
+        (3,) of each axis.
+    bias : ndarray
+        (3,) of each axis, m/s².
+    covariance : ndarray, optional
+        (6, 6) of gain and bias, by the spread within the positions as white noise; None where one
+        is one reading.
+    residual : ndarray
+        (K,) norm of each calibrated position less gravity, m/s²; with six it is rounding.
+    iterations : int
+        Of Newton's method.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> held = [sign * 9.80665 * np.eye(3)[axis][None] for axis in range(3) for sign in (1, -1)]
+    >>> fit = ar.calibration.six_positions(held)
+    >>> fit.gain.round(6)
+    array([1., 1., 1.])
+    """
 
     calibration: Calibration
     gain: FloatArray
     bias: FloatArray
     covariance: FloatArray | None
-    """(6, 6) of gain and bias, by the spread within the positions as white noise; None where one is one reading."""
     residual: FloatArray
-    """(K,) norm of each calibrated position less gravity, m/s²; with six it is rounding."""
     iterations: int
 
 
@@ -46,13 +70,28 @@ def six_positions(positions: Sequence[ArrayLike], *, gravity: float = GRAVITY) -
 
     Parameters
     ----------
-    positions : for each the readings (n, 3) or their mean (3,), m/s².
-    gravity : local gravity, m/s².
+    positions : sequence of array_like
+        For each the readings (n, 3) or their mean (3,), m/s².
+    gravity : float, optional
+        Local gravity, m/s².
+
+    Returns
+    -------
+    PositionsFit
+        The calibration, with its covariance.
 
     Raises
     ------
     CalibrationError
         Fewer than six positions, or ones that do not determine gains and biases.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> held = [sign * 9.80665 * np.eye(3)[axis][None] + 0.1 for axis in range(3) for sign in (1, -1)]
+    >>> ar.calibration.six_positions(held).bias.round(6)
+    array([0.1, 0.1, 0.1])
     """
     gravity = positive("gravity", gravity)
     mean, variance = _means(positions)
@@ -79,11 +118,29 @@ def held_attitudes(
 
     Parameters
     ----------
-    acc : (T, 3) m/s².
-    rate : Hz.
-    window : s; windows vary at rest no more than three times as much as the quietest tenth of them.
-    hold : the shortest time in one attitude, s.
-    apart : attitudes differ by so much, m/s².
+    acc : array_like
+        (T, 3) m/s².
+    rate : float
+        Hz.
+    window : float, optional
+        S; windows vary at rest no more than three times as much as the quietest tenth of them.
+    hold : float, optional
+        The shortest time in one attitude, s.
+    apart : float, optional
+        Attitudes differ by so much, m/s².
+
+    Returns
+    -------
+    list of slice
+        The samples of each attitude.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> acc = np.repeat([[0.0, 0.0, 9.8], [9.8, 0.0, 0.0]], 500, axis=0)
+    >>> len(ar.calibration.held_attitudes(acc, 100.0))
+    2
     """
     return _windows.attitudes(readings("acc", acc)[0], rate, window, positive("hold", hold), positive("apart", apart))
 

@@ -21,14 +21,29 @@ BLOCKS = 16
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """Where a sensor rests."""
+    """Where a sensor rests.
+
+    Parameters
+    ----------
+    mask : ndarray
+        (T,) whether the sensor rests at a sample.
+    phases : tuple of slice
+        The rests, slices of the samples.
+    t : ndarray
+        (T,) the times, s.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=10.0)
+    >>> rest = ar.calibration.find_rest(rec)
+    >>> bool(rest.mask.all()), len(rest.phases)
+    (True, 1)
+    """
 
     mask: NDArray[np.bool_]
-    """(T,) whether the sensor rests at a sample."""
     phases: tuple[slice, ...]
-    """The rests, slices of the samples."""
     t: FloatArray
-    """(T,) the times, s."""
 
     @property
     def seconds(self) -> tuple[tuple[float, float], ...]:
@@ -48,12 +63,31 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GyroscopeBias:
-    """What a gyroscope reads at rest."""
+    """What a gyroscope reads at rest.
+
+    Parameters
+    ----------
+    value : ndarray
+        (3,) rad/s.
+    standard_error : ndarray
+        (3,) rad/s, of the mean over these rests: the bias at another time differs by its
+        instability.
+    samples : int
+        How many were at rest.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> rest = ar.simulate.still()
+    >>> rec = ar.simulate.record(rest, rate=100.0, duration=10.0)
+    >>> bias = ar.calibration.gyroscope_bias(rec)
+    >>> np.abs(bias.value).max() < 1e-9
+    np.True_
+    """
 
     value: FloatArray
-    """(3,) rad/s."""
     standard_error: FloatArray
-    """(3,) rad/s, of the mean over these rests: the bias at another time differs by its instability."""
     samples: int
 
 
@@ -76,17 +110,35 @@ def find_rest(
 
     Parameters
     ----------
-    recording : with a gyroscope; the accelerometer is used where it is there.
-    window : s.
-    gyr_deviation : rad/s (0.01 rad/s is 0.6 °/s; sensors at rest have 0.05 to 0.3 °/s).
-    acc_deviation : m/s².
-    gyr_mean : rad/s, above the largest bias (0.1 rad/s is 6 °/s).
-    shortest : s; shorter phases do not count.
+    recording : Recording
+        With a gyroscope; the accelerometer is used where it is there.
+    window : float, optional
+        s.
+    gyr_deviation : float, optional
+        Rad/s (0.01 rad/s is 0.6 °/s; sensors at rest have 0.05 to 0.3 °/s).
+    acc_deviation : float, optional
+        M/s².
+    gyr_mean : float, optional
+        Rad/s, above the largest bias (0.1 rad/s is 6 °/s).
+    shortest : float, optional
+        S; shorter phases do not count.
+
+    Returns
+    -------
+    Rest
+        Where it rests.
 
     Raises
     ------
     ValueError
         A threshold that is not positive, or no rest; the message says how close to it the recording came.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=10.0)
+    >>> len(ar.calibration.find_rest(rec).phases)
+    1
     """
     numbers = {"window": window, "gyr_deviation": gyr_deviation, "acc_deviation": acc_deviation}
     for name, value in {**numbers, "gyr_mean": gyr_mean, "shortest": shortest}.items():
@@ -125,13 +177,28 @@ def gyroscope_bias(recording: Recording, rest: Rest | None = None) -> GyroscopeB
 
     Parameters
     ----------
-    recording : its rows of `gyr` with a NaN do not count.
-    rest : from `find_rest`, which is called where None is given.
+    recording : Recording
+        Its rows of `gyr` with a NaN do not count.
+    rest : Rest, optional
+        From `find_rest`, which is called where None is given.
+
+    Returns
+    -------
+    GyroscopeBias
+        The bias.
 
     Raises
     ------
     ValueError
         No rest, or fewer than 32 samples in it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=10.0)
+    >>> np.abs(ar.calibration.gyroscope_bias(rec).value).max() < 1e-9
+    np.True_
     """
     rest = find_rest(recording) if rest is None else rest
     samples = recording.require("gyr")[rest.mask]

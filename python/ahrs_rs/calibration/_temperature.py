@@ -45,8 +45,15 @@ def two_temperatures(
 
     Parameters
     ----------
-    first, second : with a scale for each axis alone (6 parameters).
-    temperatures : of the two, °C.
+    first, second : Calibration
+        With a scale for each axis alone (6 parameters).
+    temperatures : tuple
+        Of the two, °C.
+
+    Returns
+    -------
+    TemperatureCalibration
+        The line.
 
     Raises
     ------
@@ -54,6 +61,15 @@ def two_temperatures(
         Temperatures that differ by less than 1 °C.
     ValueError
         A calibration with terms between axes: the model has none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> cold = ar.calibration.Calibration(np.eye(3), np.zeros(3))
+    >>> warm = ar.calibration.Calibration(np.eye(3), np.full(3, 0.2))
+    >>> ar.calibration.two_temperatures(cold, warm, (10.0, 30.0)).bias_slope.round(6)
+    array([0.01, 0.01, 0.01])
     """
     low, high = (float(one) for one in temperatures)
     if not abs(high - low) >= CLOSEST:
@@ -87,13 +103,30 @@ def warm_up_accelerometer(
 
     Parameters
     ----------
-    positions : six or more of (acc (T, 3) m/s², temperature (T,) °C).
-    gravity : local gravity, m/s².
+    positions : sequence of tuple
+        Six or more of (acc (T, 3) m/s², temperature (T,) °C).
+    gravity : float, optional
+        Local gravity, m/s².
+
+    Returns
+    -------
+    TemperatureCalibration
+        The lines.
 
     Raises
     ------
     CalibrationError
         Too few positions, a position with too small a range, ranges that do not overlap.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> temperature = np.linspace(10.0, 40.0, 300)
+    >>> held = [sign * 9.80665 * np.eye(3)[axis] for axis in range(3) for sign in (1, -1)]
+    >>> warm_ups = [(np.tile(force, (300, 1)) + 0.001 * temperature[:, None], temperature) for force in held]
+    >>> ar.calibration.warm_up_accelerometer(warm_ups).bias_slope.round(6)
+    array([0.001, 0.001, 0.001])
     """
     gravity = positive("gravity", gravity)
     lines = [_line(f"positions[{k}]", *one) for k, one in enumerate(positions)]
@@ -143,14 +176,30 @@ def warm_up_gyroscope(
 
     Parameters
     ----------
-    rest : gyr (T, 3) rad/s at rest and temperature (T,) °C while the sensor warms up.
-    turns : each with its temperatures (T,) or its one temperature, °C; about each axis at two temperatures or more.
-        None leaves the gains at 1.
+    rest : tuple
+        Gyr (T, 3) rad/s at rest and temperature (T,) °C while the sensor warms up.
+    turns : sequence of tuple, optional
+        Each with its temperatures (T,) or its one temperature, °C; about each axis at two
+        temperatures or more. None leaves the gains at 1.
+
+    Returns
+    -------
+    TemperatureCalibration
+        The lines.
 
     Raises
     ------
     CalibrationError
         Too small a range of temperatures; an axis without turns at two temperatures.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> temperature = np.linspace(10.0, 40.0, 300)
+    >>> rest = np.repeat(1e-4 * temperature[:, None], 3, axis=1)
+    >>> ar.calibration.warm_up_gyroscope((rest, temperature)).bias_slope.round(8)
+    array([0.0001, 0.0001, 0.0001])
     """
     bias = _line("rest", *rest)
     gain_slope, gain_at_zero = np.zeros(3), np.ones(3)

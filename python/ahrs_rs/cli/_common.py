@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, metrics
-from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
+from ahrs_rs._engine import FRAMES, GYR_HOLDS
+from ahrs_rs._filter import Filter
 from ahrs_rs._recording import Recording
 from ahrs_rs._validate import did_you_mean
 from ahrs_rs.filters import FILTERS

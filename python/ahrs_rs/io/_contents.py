@@ -68,14 +68,27 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class SensorInfo:
-    """What a file says of one sensor, found without reading it whole."""
+    """What a file says of one sensor, found without reading it whole.
+
+    Parameters
+    ----------
+    name : str
+        As `read` takes it for ``sensor=``.
+    samples : mapping
+        Stream -> how many readings; None where only the whole file tells.
+    rates : mapping
+        Stream -> Hz; None where only the whole file tells.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> print(ar.io.SensorInfo("wrist", {"gyr": 500}, {"gyr": 100.0}))
+    wrist: gyr (500 samples, 100 Hz)
+    """
 
     name: str
-    """As `read` takes it for ``sensor=``."""
     samples: Mapping[str, int | None]
-    """Stream -> how many readings; None where only the whole file tells."""
     rates: Mapping[str, float | None]
-    """Stream -> Hz; None where only the whole file tells."""
 
     @property
     def quantities(self) -> tuple[str, ...]:

@@ -25,7 +25,26 @@ UNITS = {"t": "s", "gyr": "rad/s", "acc": "m/s2", "mag": "uT", "temperature": "d
 
 
 def save_recording(recording: Recording, path: Path) -> None:
-    """Write a recording, by the ending of the name; see `Recording.save`."""
+    """Write a recording, by the ending of the name; see `Recording.save`.
+
+    Parameters
+    ----------
+    recording : Recording
+        What is written.
+    path : path-like
+        The ending tells the format: .npz, .parquet or .csv.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> with TemporaryDirectory() as folder:
+    ...     ar.io.save_recording(rec, Path(folder, "walk.npz"))
+    ...     len(ar.read(Path(folder, "walk.npz")))
+    500
+    """
     ending = path.suffix.lower()
     if ending == ".npz":
         _npz(recording, path)

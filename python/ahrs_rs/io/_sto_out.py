@@ -32,9 +32,11 @@ def write_sto(path: str | os.PathLike[str], estimates: Mapping[str, Estimate]) -
 
     Parameters
     ----------
-    path : ends in .sto.
-    estimates : name of the sensor in the model, as "pelvis_imu" -> estimate of one recording; their stamps are of one
-        clock.
+    path : str or path-like
+        Ends in .sto.
+    estimates : mapping
+        Name of the sensor in the model, as "pelvis_imu" -> estimate of one recording; their stamps
+        are of one clock.
 
     Raises
     ------

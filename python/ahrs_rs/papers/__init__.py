@@ -37,9 +37,22 @@ def study(name: str, recordings: Sequence[Recording] = (), seed: int = 0) -> Stu
 
     Parameters
     ----------
-    name : of `STUDIES`
-    recordings : real ones with truth, on which the paper's conclusions are tried a second time
-    seed : of the simulated sensor's errors
+    name : str
+        Of `STUDIES`.
+    recordings : sequence of Recording, optional
+        Real ones with truth, on which the paper's conclusions are tried a second time.
+    seed : int, optional
+        Of the simulated sensor's errors.
+
+    Returns
+    -------
+    Study
+        Tables, claims and plots.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.study("cirillo2014").name  # doctest: +SKIP
     """
     if name not in STUDIES:
         raise ValueError(f"name: expected one of {', '.join(STUDIES)}, got {name!r}")

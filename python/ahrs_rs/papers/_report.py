@@ -65,17 +65,49 @@ figures.forEach((figure, index) => {{
 
 
 def require_plotly() -> Any:
-    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing."""
+    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing.
+
+    Returns
+    -------
+    module
+        ``plotly.offline``.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.require_plotly().__name__  # doctest: +SKIP
+    """
     return require("plotly.offline", "papers", "the report needs")
 
 
 def write_report(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequence[str]) -> list[Path]:
     """Write report.html and a CSV file for every table into a directory; return their paths.
 
+    Parameters
+    ----------
+    studies : sequence of Study
+        From `study`.
+    directory : path-like
+        Where to.
+    seed : int
+        Of the simulations.
+    recordings : sequence of str
+        Names of the real recordings.
+
+    Returns
+    -------
+    list of path-like
+        What was written; report.html first.
+
     Raises
     ------
     ImportError
         plotly is not installed.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.write_report([ar.papers.study("cirillo2014")], "report", 0, [])  # doctest: +SKIP
     """
     library = require_plotly().get_plotlyjs()
     figures = [plot for study in studies for plot in study.plots]

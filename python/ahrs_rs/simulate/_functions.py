@@ -26,21 +26,70 @@ LEAST_RUN = 64
 
 
 class Function(Protocol):
-    """Something that has a value and derivatives at every time."""
+    """Something that has a value and derivatives at every time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> line: ar.simulate.Function = ar.simulate.Polynomial(np.array([[0.0], [2.0]]))
+    >>> line.derivative(np.array([1.0]), 1)
+    array([[2.]])
+    """
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, columns): the derivative of the given order (0: the value) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Polynomial:
-    """Σ coefficients[i] · tⁱ, with coefficients (degree + 1, columns): a constant, a steady motion."""
+    """Σ coefficients[i] · tⁱ, with coefficients (degree + 1, columns): a constant, a steady motion.
+
+    Parameters
+    ----------
+    coefficients : ndarray
+        (degree + 1, columns).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.Polynomial(np.array([[1.0], [2.0]])).derivative(np.array([0.0, 1.0]), 0)
+    array([[1.],
+           [3.]])
+    """
 
     coefficients: FloatArray
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, columns) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         total = np.zeros((self.coefficients.shape[1], len(t)))
         for power in range(len(self.coefficients) - 1, order - 1, -1):
             total = total * t + math.perm(power, order) * self.coefficients[power][:, None]
@@ -48,7 +97,26 @@ class Polynomial:
 
 
 def constant(value: ArrayLike) -> Polynomial:
-    """The value (columns,) at all times."""
+    """The value (columns,) at all times.
+
+    Parameters
+    ----------
+    value : array_like
+        (columns,) or a number.
+
+    Returns
+    -------
+    Polynomial
+        A function of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.constant([3.0]).derivative(np.zeros(2), 0)
+    array([[3.],
+           [3.]])
+    """
     return Polynomial(np.array(value, dtype=np.float64)[np.newaxis])
 
 
@@ -57,6 +125,23 @@ class Waves:
     """Sums of sines Σ amplitude · sin(frequency · t + phase), one per column: three arrays (terms, columns).
 
     The frequency is in rad/s.
+
+    Parameters
+    ----------
+    amplitude : ndarray
+        (terms, columns).
+    frequency : ndarray
+        (terms, columns) rad/s.
+    phase : ndarray
+        (terms, columns) rad.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> one = np.ones((1, 1))
+    >>> ar.simulate.Waves(one, one, 0.0 * one).derivative(np.zeros(1), 1)
+    array([[1.]])
     """
 
     amplitude: FloatArray
@@ -64,7 +149,20 @@ class Waves:
     phase: FloatArray
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, columns) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         total = np.zeros((self.amplitude.shape[1], len(t)))
         for amplitude, frequency, phase in zip(self.amplitude, self.frequency, self.phase, strict=True):
             angle = frequency[:, None] * t
@@ -78,12 +176,39 @@ class Waves:
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """Functions of as many columns added up."""
+    """Functions of as many columns added up.
+
+    Parameters
+    ----------
+    terms : tuple of Function
+        What is added up.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> f = ar.simulate.Sum((ar.simulate.constant([1.0]), ar.simulate.constant([2.0])))
+    >>> f.derivative(np.zeros(1), 0)
+    array([[3.]])
+    """
 
     terms: tuple[Function, ...]
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, columns) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         total = self.terms[0].derivative(t, order)
         for term in self.terms[1:]:
             total = total + term.derivative(t, order)
@@ -92,13 +217,43 @@ class Sum:
 
 @dataclass(frozen=True, slots=True)
 class Modulo:
-    """A function of one column, counted again from zero at every multiple of the period."""
+    """A function of one column, counted again from zero at every multiple of the period.
+
+    Parameters
+    ----------
+    function : Function
+        Of one column.
+    period : float
+        What it is counted by.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> s = ar.simulate.Modulo(ar.simulate.Polynomial(np.array([[0.0], [1.0]])), 2.0)
+    >>> s.derivative(np.array([0.0, 3.0]), 0)
+    array([[0.],
+           [1.]])
+    """
 
     function: Function
     period: float
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, 1) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         value = self.function.derivative(t, order)
         return np.mod(value, self.period) if order == 0 else value
 
@@ -109,9 +264,22 @@ class Piecewise:
 
     Parameters
     ----------
-    breaks : (pieces + 1,) s, increasing.
-    coefficients : (degree + 1, pieces, columns), of the powers of the time since the piece's start.
-    periodic : go on with the first piece after the last one, from where that has ended, and so for all times.
+    breaks : ndarray
+        (pieces + 1,) s, increasing.
+    coefficients : ndarray
+        (degree + 1, pieces, columns), of the powers of the time since the piece's start.
+    periodic : bool, optional
+        Go on with the first piece after the last one, from where that has ended, and so for all
+        times.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> f = ar.simulate.moves([0.0], [(1.0, [2.0])])
+    >>> f.derivative(np.array([0.0, 5.0]), 0)
+    array([[0.],
+           [2.]])
     """
 
     breaks: FloatArray
@@ -119,7 +287,20 @@ class Piecewise:
     periodic: bool = False
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """(T, columns) at t (T,)."""
+        """The derivative of an order.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        order : int
+            Of the derivative; 0: the value.
+
+        Returns
+        -------
+        ndarray
+            (T, columns).
+        """
         first, last = self.breaks[0], self.breaks[-1]
         cycle = np.floor((t - first) / (last - first)) if self.periodic else None
         inside = np.clip(t if cycle is None else t - cycle * (last - first), first, last)
@@ -173,13 +354,33 @@ def moves(
 
     Parameters
     ----------
-    start : the value before `begin`, (columns,).
-    steps : a duration in s and the value at its end, each; the value before means a rest.
-    ramp : part of a step's duration in which its speed rises, and again in which it falls, at most 0.5. The mean
-        speed is (1 - ramp) of the largest.
-    smoothness : how many derivatives of the speed are continuous: with 2, those of the value up to the third.
-    begin : s.
-    periodic : repeat the steps for all times.
+    start : array_like
+        The value before `begin`, (columns,).
+    steps : sequence of tuple
+        A duration in s and the value at its end, each; the value before means a rest.
+    ramp : float, optional
+        Part of a step's duration in which its speed rises, and again in which it falls, at most
+        0.5. The mean speed is (1 - ramp) of the largest.
+    smoothness : int, optional
+        How many derivatives of the speed are continuous: with 2, those of the value up to the
+        third.
+    begin : float, optional
+        s.
+    periodic : bool, optional
+        Repeat the steps for all times.
+
+    Returns
+    -------
+    Piecewise
+        A function of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.moves([0.0], [(1.0, [2.0])]).derivative(np.array([0.0, 5.0]), 0)
+    array([[0.],
+           [2.]])
     """
     if not 0.0 < ramp <= 0.5:
         raise ValueError(f"ramp: expected a number above 0 and at most 0.5, got {ramp}")
@@ -213,6 +414,30 @@ def bumps(start: float, width: float, period: float, height: ArrayLike) -> Piece
     """height · (4u(1 - u))⁴ for u from 0 to 1 over the width, once a period from `start` on; zero in between.
 
     Its third derivative is continuous. All times in s; height (columns,).
+
+    Parameters
+    ----------
+    start : float
+        Of the first one, s.
+    width : float
+        s.
+    period : float
+        S from one to the next.
+    height : array_like
+        (columns,).
+
+    Returns
+    -------
+    Piecewise
+        A function of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.bumps(0.0, 1.0, 2.0, [1.0]).derivative(np.array([0.5, 1.5]), 0)
+    array([[1.],
+           [0.]])
     """
     u = Power([0.0, 1.0 / width])
     shape = _real((4.0 * u * (1.0 - u)) ** 4)[:, None] * np.asarray(height, dtype=np.float64)
@@ -224,6 +449,27 @@ def spline(points: ArrayLike, interval: float, begin: float = 0.0) -> Piecewise:
     """The cubic spline through points (n, columns), one every `interval` s, that starts and ends with speed zero.
 
     Speed and acceleration are continuous between the ends.
+
+    Parameters
+    ----------
+    points : array_like
+        (n, columns).
+    interval : float
+        S between two points.
+    begin : float, optional
+        Time of the first one, s.
+
+    Returns
+    -------
+    Piecewise
+        A function of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.spline([[0.0], [1.0], [0.0]], 1.0).derivative(np.array([1.0]), 0).round(6)
+    array([[1.]])
     """
     through = np.asarray(points, dtype=np.float64)
     if len(through) < 2:

@@ -19,7 +19,19 @@ Vector = tuple[float, float, float]
 
 
 class Disturbance(Protocol):
-    """A field that is added to the earth's."""
+    """A field that is added to the earth's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> class Steady:
+    ...     def field(self, t, position, generator):
+    ...         return np.tile([5.0, 0.0, 0.0], (len(t), 1))
+    >>> steady: ar.simulate.Disturbance = Steady()
+    >>> steady.field(np.zeros(1), np.zeros((1, 3)), np.random.default_rng(0))
+    array([[5., 0., 0.]])
+    """
 
     @property
     def frame(self) -> str:
@@ -27,7 +39,22 @@ class Disturbance(Protocol):
         ...
 
     def field(self, t: FloatArray, position: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T, 3) µT at the times t (T,) and positions (T, 3) in m; called for one block of rows after the other."""
+        """The field at times and positions; called for one block of rows after the other.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        position : ndarray
+            (T, 3) of the sensor in m, ENU.
+        generator : numpy.random.Generator
+            Of what is random.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) µT.
+        """
         ...
 
 
@@ -37,9 +64,20 @@ class Dipole:
 
     Parameters
     ----------
-    position : m in ENU.
-    moment : A·m² in ENU. A steel chair or radiator has some 1 to 10, a loudspeaker 0.5.
-    radius : m; nearer than this the field is that at the radius.
+    position : sequence of float
+        M in ENU.
+    moment : sequence of float
+        A·m² in ENU. A steel chair or radiator has some 1 to 10, a loudspeaker 0.5.
+    radius : float, optional
+        M; nearer than this the field is that at the radius.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> magnet = ar.simulate.Dipole(position=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 1.0))
+    >>> magnet.field(np.zeros(1), np.array([[0.0, 0.0, 1.0]]), np.random.default_rng(0)).round(6)
+    array([[0. , 0. , 0.2]])
     """
 
     position: Vector
@@ -52,7 +90,22 @@ class Dipole:
         return "earth"
 
     def field(self, t: FloatArray, position: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T, 3) µT: µ₀/4π (3 (m·r̂) r̂ - m)/r³, with µ₀/4π = 0.1 µT·m³/(A·m²)."""
+        """The field at times and positions.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        position : ndarray
+            (T, 3) of the sensor in m, ENU.
+        generator : numpy.random.Generator
+            Of what is random.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) µT.
+        """
         away = position - self.position
         distance = np.linalg.norm(away, axis=1, keepdims=True)
         unit = away / np.maximum(distance, 1e-9)
@@ -68,12 +121,26 @@ class Switched:
 
     Parameters
     ----------
-    amplitude : µT, in the sensor's axes.
-    period : s, of which the field is on for the part `duty`, at first.
-    duty : 0 to 1.
-    start, end : s, between which it is switched; off before and after.
-    rise : time constant in s of the current in the coil, 0: at once.
-    noise : standard deviation of white noise on each axis while it is on, µT.
+    amplitude : sequence of float
+        ΜT, in the sensor's axes.
+    period : float, optional
+        S, of which the field is on for the part `duty`, at first.
+    duty : float, optional
+        0 to 1.
+    start, end : float, optional
+        S, between which it is switched; off before and after.
+    rise : float, optional
+        Time constant in s of the current in the coil, 0: at once.
+    noise : float, optional
+        Standard deviation of white noise on each axis while it is on, µT.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> motor = ar.simulate.Switched(amplitude=(5.0, 0.0, 0.0), period=2.0)
+    >>> motor.level(np.array([0.5, 1.5]))
+    array([1., 0.])
     """
 
     amplitude: Vector
@@ -90,7 +157,22 @@ class Switched:
         return "sensor"
 
     def field(self, t: FloatArray, position: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T, 3) µT"""
+        """The field at times and positions.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        position : ndarray
+            (T, 3) of the sensor in m, ENU.
+        generator : numpy.random.Generator
+            Of what is random.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) µT.
+        """
         level = self.level(t)
         field: FloatArray = level[:, None] * np.array(self.amplitude)
         if self.noise > 0.0:
@@ -98,7 +180,18 @@ class Switched:
         return field
 
     def level(self, t: FloatArray) -> FloatArray:
-        """(T,) how far it is on at the times t, 0 to 1."""
+        """How far it is on.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T,) 0 to 1.
+        """
         since = np.minimum(t, self.end) - self.start
         cycle = np.floor(since / self.period)
         phase = since - cycle * self.period
@@ -123,9 +216,20 @@ class IronFloor:
 
     Parameters
     ----------
-    deviation : root mean square of the field's norm at the height z = 0, µT.
-    length : wavelength over the floor, m; the waves have half to twice of it.
-    seed : of the waves.
+    deviation : float, optional
+        Root mean square of the field's norm at the height z = 0, µT.
+    length : float, optional
+        Wavelength over the floor, m; the waves have half to twice of it.
+    seed : int, optional
+        Of the waves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> floor = ar.simulate.IronFloor(deviation=5.0, seed=1)
+    >>> floor.field(np.zeros(2), np.zeros((2, 3)), np.random.default_rng(0)).shape
+    (2, 3)
     """
 
     deviation: float = 5.0
@@ -138,7 +242,22 @@ class IronFloor:
         return "earth"
 
     def field(self, t: FloatArray, position: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T, 3) µT"""
+        """The field at times and positions.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+        position : ndarray
+            (T, 3) of the sensor in m, ENU.
+        generator : numpy.random.Generator
+            Of what is random.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) µT.
+        """
         draw = np.random.default_rng(self.seed)
         waves = 16
         number = 2.0 * math.pi / (self.length * 2.0 ** draw.uniform(-1.0, 1.0, waves))

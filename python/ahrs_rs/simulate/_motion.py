@@ -18,26 +18,90 @@ from ahrs_rs.simulate._functions import SPLINE_ROUNDS, Function, constant
 
 
 class Motion(Protocol):
-    """What a simulated sensor follows. All methods take times (T,) in s, also before zero."""
+    """What a simulated sensor follows. All methods take times (T,) in s, also before zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> motion: ar.simulate.Motion = ar.simulate.still()
+    >>> motion.velocity(np.zeros(1))
+    array([[0., 0., 0.]])
+    """
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4) unit quaternions, sensor to earth (ENU)."""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4).
+        """
         ...
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame, at the instants."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         ...
 
     def position(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m in ENU."""
+        """The position in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m.
+        """
         ...
 
     def velocity(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s in ENU."""
+        """The velocity in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s.
+        """
         ...
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s² in ENU, without gravity."""
+        """The acceleration in ENU, without gravity.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s².
+        """
         ...
 
 
@@ -48,15 +112,48 @@ class _Carried:
     path: Function
 
     def position(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m in ENU."""
+        """The position in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m.
+        """
         return self.path.derivative(t, 0)
 
     def velocity(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s in ENU."""
+        """The velocity in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s.
+        """
         return self.path.derivative(t, 1)
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s² in ENU, without gravity."""
+        """The acceleration in ENU, without gravity.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s².
+        """
         return self.path.derivative(t, 2)
 
 
@@ -69,6 +166,24 @@ class EulerMotion:
     """Roll, pitch, yaw (intrinsic Z-Y'-X'') in rad as functions of time, and a path in m.
 
     The sensor stands at `lever` (m, in its own axes) from the point that moves along the path.
+
+    Parameters
+    ----------
+    angles : Function
+        Roll, pitch, yaw in rad (three columns).
+    path : Function, optional
+        In m, ENU (three columns).
+    lever : tuple, optional
+        Of the sensor from the path, m, in its own axes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> m = ar.simulate.EulerMotion(ar.simulate.constant([0.0, 0.0, 0.0]))
+    >>> m.angular_rate(np.zeros(2))
+    array([[0., 0., 0.],
+           [0., 0., 0.]])
     """
 
     angles: Function
@@ -76,11 +191,33 @@ class EulerMotion:
     lever: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4), continuous in sign."""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4), continuous in sign.
+        """
         return from_euler(self.angles.derivative(t, 0))
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         roll, pitch, _ = self.angles.derivative(t, 0).T
         roll_rate, pitch_rate, yaw_rate = self.angles.derivative(t, 1).T
         across = yaw_rate * np.cos(pitch)
@@ -91,21 +228,54 @@ class EulerMotion:
         )
 
     def position(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m in ENU."""
+        """The position in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m.
+        """
         position = self.path.derivative(t, 0)
         if any(self.lever):
             position = position + _quat.rotate(self.orientation(t), np.broadcast_to(self.lever, position.shape))
         return position
 
     def velocity(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s in ENU."""
+        """The velocity in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s.
+        """
         velocity = self.path.derivative(t, 1)
         if any(self.lever):
             velocity = velocity + _quat.rotate(self.orientation(t), np.cross(self.angular_rate(t), self.lever))
         return velocity
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s² in ENU, without gravity."""
+        """The acceleration in ENU, without gravity.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s².
+        """
         acceleration = self.path.derivative(t, 2)
         if any(self.lever):
             rate = self.angular_rate(t)
@@ -131,18 +301,55 @@ class ThrustMotion(_Carried):
 
     The attitude is the shortest rotation that tilts the vertical to the force, after a turn about the vertical by the
     heading. The path needs a continuous third derivative, and the specific force must not point straight down.
+
+    Parameters
+    ----------
+    path : Function
+        In m, ENU (three columns).
+    heading : Function, optional
+        In rad (one column).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> m = ar.simulate.ThrustMotion(ar.simulate.constant([0.0, 0.0, 0.0]))
+    >>> m.orientation(np.zeros(1))
+    array([[1., 0., 0., 0.]])
     """
 
     path: Function
     heading: Function = EASTWARD
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4), continuous in sign."""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4), continuous in sign.
+        """
         axis = self._axis(t)[0]
         return _quat.multiply(_tilt(axis), _quat.about_axis(2, self.heading.derivative(t, 0)[:, 0]))
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         axis, norm = self._axis(t)
         jerk = self.path.derivative(t, 3)
         turn = (jerk - axis * (axis * jerk).sum(axis=1, keepdims=True)) / norm
@@ -173,6 +380,23 @@ class SplineMotion(_Carried):
     segment is c ⊗ exp(β₁d₁) ⊗ exp(β₂d₂) ⊗ exp(β₃d₃), where the β rise from 0 to 1 as cubic polynomials of time.
     Angular rate and acceleration are continuous. Before the first and after the last way point it rests there.
     (Kim, Kim, Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995.)
+
+    Parameters
+    ----------
+    control : ndarray
+        (n + 2, 4) control points.
+    interval : float
+        S between two way points.
+    path : Function, optional
+        In m, ENU (three columns).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> m = ar.simulate.SplineMotion.through_turns([[0.0, 0.0, 1.0]], 2.0)
+    >>> m.orientation(np.array([2.0])).round(3)
+    array([[0.878, 0.   , 0.   , 0.479]])
     """
 
     control: FloatArray
@@ -194,6 +418,20 @@ class SplineMotion(_Carried):
     @classmethod
     def through(cls, orientations: ArrayLike, interval: float, path: Function = NOWHERE) -> SplineMotion:
         """The spline that is at orientations (n, 4) at the times 0, interval, 2·interval, ...
+
+        Parameters
+        ----------
+        orientations : array_like
+            (n, 4) way points.
+        interval : float
+            S between two of them.
+        path : Function, optional
+            In m, ENU (three columns).
+
+        Returns
+        -------
+        SplineMotion
+            The motion.
 
         Raises
         ------
@@ -229,7 +467,22 @@ class SplineMotion(_Carried):
 
     @classmethod
     def through_turns(cls, turns: ArrayLike, interval: float, path: Function = NOWHERE) -> SplineMotion:
-        """The spline from the identity on, which turns by each of the rotation vectors (n - 1, 3) in rad in turn."""
+        """The spline from the identity on, which turns by each of the rotation vectors (n - 1, 3) in rad in turn.
+
+        Parameters
+        ----------
+        turns : array_like
+            (n - 1, 3) rotation vectors in rad.
+        interval : float
+            S of each.
+        path : Function, optional
+            In m, ENU (three columns).
+
+        Returns
+        -------
+        SplineMotion
+            The motion.
+        """
         q = np.array([1.0, 0.0, 0.0, 0.0])
         orientations = [q]
         for turn in _quat.exp(np.asarray(turns, dtype=np.float64)):
@@ -243,7 +496,18 @@ class SplineMotion(_Carried):
         return (len(self.control) - 3) * self.interval
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4), continuous in sign."""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4), continuous in sign.
+        """
         segment, u = self._segments(t)
         q = self._columns[0].take(segment, axis=1).T
         for i, weight in enumerate(_weights(u)):
@@ -251,7 +515,18 @@ class SplineMotion(_Carried):
         return q
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         segment, u = self._segments(t)
         rate = np.zeros((3, len(t))).T
         for i, (weight, slope) in enumerate(zip(_weights(u), _slopes(u), strict=True)):
@@ -278,29 +553,100 @@ class SplineMotion(_Carried):
 
 @dataclass(frozen=True, slots=True)
 class PacedMotion:
-    """A motion run at another pace: at time t it is where the motion is at s(t) (one column, in s)."""
+    """A motion run at another pace: at time t it is where the motion is at s(t) (one column, in s).
+
+    Parameters
+    ----------
+    motion : Motion
+        What is run.
+    pace : Function
+        s(t) in s (one column).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> m = ar.simulate.PacedMotion(ar.simulate.still(), ar.simulate.Polynomial(np.array([[0.0], [2.0]])))
+    >>> m.position(np.zeros(1))
+    array([[0., 0., 0.]])
+    """
 
     motion: Motion
     pace: Function
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4)"""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4), continuous in sign.
+        """
         return self.motion.orientation(self._pace(t, 0))
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         return self.motion.angular_rate(self._pace(t, 0)) * self._pace(t, 1)[:, None]
 
     def position(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m in ENU."""
+        """The position in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m.
+        """
         return self.motion.position(self._pace(t, 0))
 
     def velocity(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s in ENU."""
+        """The velocity in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s.
+        """
         return self.motion.velocity(self._pace(t, 0)) * self._pace(t, 1)[:, None]
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s² in ENU: the chain rule for position(s(t))."""
+        """The acceleration in ENU, without gravity.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s².
+        """
         s = self._pace(t, 0)
         velocity, curvature = self.motion.velocity(s), self.motion.acceleration(s)
         return curvature * (self._pace(t, 1) ** 2)[:, None] + velocity * self._pace(t, 2)[:, None]
@@ -314,35 +660,127 @@ class Compound:
     """A motion with another one added: the orientation base ⊗ added, and the sum of the two paths (both in ENU).
 
     So a vibration is put on a flight: the sensor turns against the frame that carries it.
+
+    Parameters
+    ----------
+    base : Motion
+        A motion.
+    added : Motion
+        What moves relative to it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> m = ar.simulate.Compound(ar.simulate.still(), ar.simulate.still(yaw=1.0))
+    >>> m.orientation(np.zeros(1)).shape
+    (1, 4)
     """
 
     base: Motion
     added: Motion
 
     def orientation(self, t: FloatArray) -> FloatArray:
-        """(T, 4)"""
+        """Unit quaternions, sensor to earth (ENU).
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 4), continuous in sign.
+        """
         return _quat.multiply(self.base.orientation(t), self.added.orientation(t))
 
     def angular_rate(self, t: FloatArray) -> FloatArray:
-        """(T, 3) rad/s in the sensor frame."""
+        """The angular rate in the sensor frame, at the instants.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) rad/s.
+        """
         back = _quat.conjugate(self.added.orientation(t))
         return _quat.rotate(back, self.base.angular_rate(t)) + self.added.angular_rate(t)
 
     def position(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m in ENU."""
+        """The position in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m.
+        """
         return self.base.position(t) + self.added.position(t)
 
     def velocity(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s in ENU."""
+        """The velocity in ENU.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s.
+        """
         return self.base.velocity(t) + self.added.velocity(t)
 
     def acceleration(self, t: FloatArray) -> FloatArray:
-        """(T, 3) m/s² in ENU, without gravity."""
+        """The acceleration in ENU, without gravity.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T, 3) m/s².
+        """
         return self.base.acceleration(t) + self.added.acceleration(t)
 
 
 def still(roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> EulerMotion:
-    """At rest for ever, at Euler angles in rad."""
+    """At rest for ever, at Euler angles in rad.
+
+    Parameters
+    ----------
+    roll : float, optional
+        In rad.
+    pitch : float, optional
+        In rad.
+    yaw : float, optional
+        In rad.
+
+    Returns
+    -------
+    EulerMotion
+        A motion at rest.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.still().orientation(np.zeros(1))
+    array([[1., 0., 0., 0.]])
+    """
     return EulerMotion(constant([roll, pitch, yaw]))
 
 

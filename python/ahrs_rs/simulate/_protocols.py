@@ -449,7 +449,24 @@ def rotors(draw: np.random.Generator, speed: float, acc: float, gyr: float) -> E
 
     Parameters
     ----------
-    acc, gyr : root mean squares on each axis, m/s² and rad/s.
+    draw : numpy.random.Generator
+        Of the phases.
+    speed : float
+        Rad/s of the rotors.
+    acc, gyr : float
+        Root mean squares on each axis, m/s² and rad/s.
+
+    Returns
+    -------
+    EulerMotion
+        To be added by `Compound`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.rotors(np.random.default_rng(0), 500.0, 1.0, 0.1).position(np.zeros(2)).shape
+    (2, 3)
     """
     harmonics = np.tile([1.0, 2.0, 3.0], 4)[:, None]
     each = np.repeat(speed * (1.0 + draw.uniform(-0.03, 0.03, 4)), 3)[:, None]

@@ -27,12 +27,24 @@ class Plan:
 
     Parameters
     ----------
-    motion : what the sensor follows.
-    duration : s, unless another one is asked for.
-    disturbances : of the magnetic field.
-    scored : intervals in s of the samples that count; None: all of them.
-    phases : name -> intervals in s.
-    temperature : of the sensor, in place of its own.
+    motion : Motion
+        What the sensor follows.
+    duration : float
+        S, unless another one is asked for.
+    disturbances : tuple of Disturbance, optional
+        Of the magnetic field.
+    scored : sequence of tuple, optional
+        Intervals in s of the samples that count; None: all of them.
+    phases : mapping, optional
+        Name -> intervals in s.
+    temperature : Temperature, optional
+        Of the sensor, in place of its own.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.Plan(motion=ar.simulate.still(), duration=10.0).duration
+    10.0
     """
 
     motion: Motion
@@ -52,11 +64,24 @@ class Scenario:
 
     Parameters
     ----------
-    name : in the registry.
-    make : (seed, duration, **params) -> Plan; duration None is its own.
-    rate : default, Hz.
-    sensor : default, a name of `SENSORS`.
-    remaining : default, see `setup`.
+    name : str
+        In the registry.
+    make : callable
+        (seed, duration, **params) -> Plan; duration None is its own.
+    rate : float
+        Default, Hz.
+    sensor : str
+        Default, a name of `SENSORS`.
+    remaining : float
+        Default, see `setup`.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.SCENARIOS["static"].rate
+    100.0
+    >>> len(ar.simulate.SCENARIOS["static"](duration=1.0, seed=1))
+    100
     """
 
     name: str
@@ -92,16 +117,30 @@ class Scenario:
 
         Parameters
         ----------
-        rate : Hz; None: the scenario's.
-        duration : s; None: as long as the scenario takes. Longer: it rests at its end, where it has one.
-        seed : of a random motion.
-        sensor : a name of `SENSORS`, or one of your own; None: the scenario's.
-        remaining : part of the errors that a calibration takes away (biases, scale, misalignment, temperature) which is
-            still there: 0 after a perfect calibration, 1 without any; None: the scenario's, or 1 for a sensor of
-            your own.
-        gyr_bias : rad/s, a constant bias that is added to the gyroscope's after all: one number for all axes, or three.
-        rates : "mean" or "instantaneous", see `Setup`.
-        params : the scenario's own.
+        rate : float, optional
+            Hz; None: the scenario's.
+        duration : float, optional
+            S; None: as long as the scenario takes. Longer: it rests at its end, where it has one.
+        seed : int, optional
+            Of a random motion.
+        sensor : str or Sensor, optional
+            A name of `SENSORS`, or one of your own; None: the scenario's.
+        remaining : float, optional
+            Part of the errors that a calibration takes away (biases, scale, misalignment, temperature)
+            which is still there: 0 after a perfect calibration, 1 without any; None: the scenario's, or
+            1 for a sensor of your own.
+        gyr_bias : float or sequence of float, optional
+            Rad/s, a constant bias that is added to the gyroscope's after all: one number for all axes,
+            or three.
+        rates : str, optional
+            "mean" or "instantaneous", see `Setup`.
+        **params : float, str or bool
+            The scenario's own.
+
+        Returns
+        -------
+        Setup
+            The experiment.
         """
         check_seed(seed)
         for name, value in (("rate", rate), ("duration", duration)):
@@ -143,7 +182,20 @@ class Scenario:
         return self.setup(seed=seed, **options).record(seed)
 
     def with_truth(self, *, seed: int = 0, **options: Any) -> tuple[Recording, Truth]:
-        """The recording, and the truth of every row."""
+        """The recording, and the truth of every row.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of motion and errors.
+        **options : object
+            Those of `setup`.
+
+        Returns
+        -------
+        tuple
+            The recording, and what no sensor knows.
+        """
         return self.setup(seed=seed, **options).record_with_truth(seed)
 
 
@@ -172,7 +224,28 @@ def find_sensor(name: str) -> Sensor:
 
 
 def scenario(name: str, *, seed: int = 0, **options: Any) -> Recording:
-    """A recording of the scenario of that name; the options are those of `Scenario.setup`."""
+    """A recording of the scenario of that name; the options are those of `Scenario.setup`.
+
+    Parameters
+    ----------
+    name : str
+        Of `SCENARIOS`.
+    seed : int, optional
+        Of motion and errors.
+    **options : object
+        Those of `Scenario.setup`.
+
+    Returns
+    -------
+    Recording
+        With its exact orientation.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.scenario("static", duration=1.0).rate
+    100.0
+    """
     if name not in SCENARIOS:
         raise ValueError(f"scenario: unknown {name!r}; there are {', '.join(SCENARIOS)}")
     return SCENARIOS[name](seed=seed, **options)

@@ -45,27 +45,53 @@ class Triad:
 
     Parameters
     ----------
-    density : one-sided density of white noise, unit/√Hz, as data sheets give it: a sample at f Hz has the standard
-        deviation density · √(f/2), the angle random walk is density/√2, the Allan deviation at τ is density/√(2τ).
-    noise : standard deviation of further white noise that does not depend on the rate, unit.
-    bias : constant, unit.
-    bias_deviation : standard deviation of a constant bias that is drawn for every recording and added, unit.
-    instability : coefficient B of flicker noise (IEEE Std 952: the Allan deviation's floor is 0.664 B), unit.
-    instability_times : correlation times of the first-order Gauss-Markov processes, in s and rising by a constant
-        factor, that make the flicker noise between the shortest and the longest. One time: a single process
-        whose Allan deviation has its largest value, 0.664 B, at 1.89 times it.
-    random_walk : of the rate: the drift grows by random_walk · √s in s seconds, unit/√s. Starts at zero.
-    matrix : scale, misalignment and soft iron, (3, 3); the identity does nothing.
-    scale_deviation : of a scale error of each axis drawn for every recording, 1.
-    misalignment_deviation : of each other element of the matrix, drawn too, rad.
-    gain_slope : change of the gain per °C, 1/°C.
-    bias_slope : change of the bias per °C, unit/°C.
-    reference_temperature : where both slopes have no effect, °C.
-    range : readings beyond ±range are cut, unit. None: no limit.
-    resolution : step of the readings, unit. 0: exact.
-    rate : Hz, of a sensor slower than the recording; the rows in between are NaN. None: every row. Not for gyroscopes.
-    dropout : part of the rows that are missing (NaN), 0 to 1.
-    dropout_length : mean number of rows that are missing together.
+    density : float or sequence of float, optional
+        One-sided density of white noise, unit/√Hz, as data sheets give it: a sample at f Hz has the
+        standard deviation density · √(f/2), the angle random walk is density/√2, the Allan
+        deviation at τ is density/√(2τ).
+    noise : float or sequence of float, optional
+        Standard deviation of further white noise that does not depend on the rate, unit.
+    bias : float or sequence of float, optional
+        Constant, unit.
+    bias_deviation : float or sequence of float, optional
+        Standard deviation of a constant bias that is drawn for every recording and added, unit.
+    instability : float or sequence of float, optional
+        Coefficient B of flicker noise (IEEE Std 952: the Allan deviation's floor is 0.664 B), unit.
+    instability_times : tuple of float, optional
+        Correlation times of the first-order Gauss-Markov processes, in s and rising by a constant
+        factor, that make the flicker noise between the shortest and the longest. One time: a single
+        process whose Allan deviation has its largest value, 0.664 B, at 1.89 times it.
+    random_walk : float or sequence of float, optional
+        Of the rate: the drift grows by random_walk · √s in s seconds, unit/√s. Starts at zero.
+    matrix : array_like, optional
+        Scale, misalignment and soft iron, (3, 3); the identity does nothing.
+    scale_deviation : float or sequence of float, optional
+        Of a scale error of each axis drawn for every recording, 1.
+    misalignment_deviation : float, optional
+        Of each other element of the matrix, drawn too, rad.
+    gain_slope : float or sequence of float, optional
+        Change of the gain per °C, 1/°C.
+    bias_slope : float or sequence of float, optional
+        Change of the bias per °C, unit/°C.
+    reference_temperature : float, optional
+        Where both slopes have no effect, °C.
+    range : float, optional
+        Readings beyond ±range are cut, unit. None: no limit.
+    resolution : float, optional
+        Step of the readings, unit. 0: exact.
+    rate : float, optional
+        Hz, of a sensor slower than the recording; the rows in between are NaN. None: every row. Not
+        for gyroscopes.
+    dropout : float, optional
+        Part of the rows that are missing (NaN), 0 to 1.
+    dropout_length : float, optional
+        Mean number of rows that are missing together.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.Triad(bias=0.01).calibrated(0.5).bias
+    0.005
     """
 
     density: PerAxis = 0.0
@@ -115,6 +141,16 @@ class Triad:
         """With a part of what a calibration takes away: biases, scale, misalignment, temperature; noise and drift stay.
 
         With `remaining` 0 the calibration was perfect, with 1 there was none.
+
+        Parameters
+        ----------
+        remaining : float, optional
+            Part of the errors that is still there, 0 to 1.
+
+        Returns
+        -------
+        Triad
+            Other errors.
         """
         _number("remaining", remaining, 0.0, 1.0)
         scaled = ("bias", "bias_deviation", "scale_deviation", "misalignment_deviation", "gain_slope", "bias_slope")
@@ -131,6 +167,27 @@ class Temperature:
     """The sensor's temperature, °C: from `start` to `end` as a body warms up, with a time constant in s.
 
     `noise` (°C) and `resolution` (°C) are those of the thermometer, that is of `Recording.temperature`.
+
+    Parameters
+    ----------
+    start : float, optional
+        °C at the beginning.
+    end : float, optional
+        °C that it tends to.
+    time_constant : float, optional
+        s.
+    noise : float, optional
+        Standard deviation of a reading, °C.
+    resolution : float, optional
+        Step of a reading, °C; 0: none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> t = ar.simulate.Temperature(start=20.0, end=40.0, time_constant=600.0)
+    >>> t.at(np.array([0.0, 600.0])).round(2)
+    array([20.  , 32.64])
     """
 
     start: float = 25.0
@@ -148,12 +205,36 @@ class Temperature:
         _number("resolution", self.resolution, 0.0)
 
     def at(self, t: FloatArray) -> FloatArray:
-        """(T,) °C at the times t (T,); the body starts to warm up at zero."""
+        """The temperature; the body starts to warm up at zero.
+
+        Parameters
+        ----------
+        t : ndarray
+            (T,) times in s.
+
+        Returns
+        -------
+        ndarray
+            (T,) °C.
+        """
         temperature: FloatArray = self.end + (self.start - self.end) * np.exp(-np.maximum(t, 0.0) / self.time_constant)
         return temperature
 
     def read(self, temperature: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """(T,) °C, what the thermometer says."""
+        """What the thermometer says.
+
+        Parameters
+        ----------
+        temperature : ndarray
+            (T,) °C.
+        generator : numpy.random.Generator
+            Of the noise.
+
+        Returns
+        -------
+        ndarray
+            (T,) °C.
+        """
         said = temperature + self.noise * generator.standard_normal(len(temperature))
         return self.resolution * np.rint(said / self.resolution) if self.resolution > 0.0 else said
 
@@ -164,11 +245,22 @@ class Clock:
 
     Parameters
     ----------
-    jitter : standard deviation of a sample's time about its nominal time, in parts of the step; cut at 0.45 of a step,
-        so that the order stays. At most 0.25.
-    stamps : "true": `t` holds the true times; "nominal": `t` counts on evenly, and does not know of the jitter.
-    lost : part of the rows that are lost; the others keep their stamps. 0 to 1.
-    lost_length : mean number of rows that are lost together.
+    jitter : float, optional
+        Standard deviation of a sample's time about its nominal time, in parts of the step; cut at
+        0.45 of a step, so that the order stays. At most 0.25.
+    stamps : str, optional
+        "true": `t` holds the true times; "nominal": `t` counts on evenly, and does not know of the
+        jitter.
+    lost : float, optional
+        Part of the rows that are lost; the others keep their stamps. 0 to 1.
+    lost_length : float, optional
+        Mean number of rows that are lost together.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.Clock(jitter=0.001).jitter
+    0.001
     """
 
     jitter: float = 0.0
@@ -190,12 +282,24 @@ class Sensor:
 
     Parameters
     ----------
-    gyr, acc, mag : their errors; mag None: there is no magnetometer.
-    g_sensitivity : of the gyroscope to the specific force, rad/s per m/s²: one number for all axes, each to its own
-        component, or a matrix (3, 3).
-    mag_delay : how late the magnetometer's readings come, s.
-    temperature : None: it stays at every triad's reference.
-    clock : sampling times.
+    gyr, acc, mag : Triad, optional
+        Their errors; mag None: there is no magnetometer.
+    g_sensitivity : float or array_like, optional
+        Of the gyroscope to the specific force, rad/s per m/s²: one number for all axes, each to its
+        own component, or a matrix (3, 3).
+    mag_delay : float, optional
+        How late the magnetometer's readings come, s.
+    temperature : Temperature, optional
+        None: it stays at every triad's reference.
+    clock : Clock, optional
+        Sampling times.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> s = ar.simulate.Sensor(gyr=ar.simulate.Triad(bias=0.01))
+    >>> s.calibrated().gyr.bias
+    0.0
     """
 
     gyr: Triad = field(default_factory=Triad)
@@ -224,7 +328,18 @@ class Sensor:
         _number("mag_delay", self.mag_delay, 0.0)
 
     def calibrated(self, remaining: float = 0.0) -> Sensor:
-        """As after a calibration: noise, drift, range, resolution, rates and delays stay; see `Triad.calibrated`."""
+        """As after a calibration: noise, drift, range, resolution, rates and delays stay; see `Triad.calibrated`.
+
+        Parameters
+        ----------
+        remaining : float, optional
+            Part of the errors that is still there, 0 to 1.
+
+        Returns
+        -------
+        Sensor
+            Another sensor.
+        """
         mag = None if self.mag is None else self.mag.calibrated(remaining)
         gyr, acc = self.gyr.calibrated(remaining), self.acc.calibrated(remaining)
         crosstalk = np.multiply(remaining, self.g_sensitivity)
@@ -237,7 +352,18 @@ class Sensor:
         )
 
     def with_gyr_bias(self, bias: PerAxis) -> Sensor:
-        """With a further constant bias of the gyroscope, rad/s: one number for all axes, or three."""
+        """With a further constant bias of the gyroscope, rad/s: one number for all axes, or three.
+
+        Parameters
+        ----------
+        bias : float or sequence of float
+            Rad/s: one number for all axes, or three.
+
+        Returns
+        -------
+        Sensor
+            Another sensor.
+        """
         added = np.broadcast_to(self.gyr.bias, 3) + np.broadcast_to(_per_axis("bias", bias, negative=True), 3)
         return replace(self, gyr=replace(self.gyr, bias=tuple(added.tolist())))
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs._cells import Metric
-from ahrs_rs._filter import SETTINGS, Filter
+from ahrs_rs._engine import SETTINGS
+from ahrs_rs._filter import Filter
 from ahrs_rs._optional import require
 from ahrs_rs._progress import progress_count
 from ahrs_rs._recording import Recording
@@ -44,20 +45,36 @@ def grid(
 
     Parameters
     ----------
-    filter : the class, of ``ar.FILTERS``
-    params : which parameters and where, as in `space`
-    recordings : with `ref`, unless the metric is a function
-    points : so many values of each number
-    metric : as in `ahrs_rs.sweep`: ``"total"``, ``"heading"``, ``"inclination"``, or a function of an `Estimate` and a
-        `Recording` (slower); the mean over the recordings is made small
-    fixed : parameters that are held at other values than their defaults
-    test : recordings on which the parameters are not chosen but judged, or which part of `recordings` is taken away
-        for that, as 0.3: whole recordings, drawn by the seed
-    seed : of the draw
-    checkpoint : a file in which the errors are kept while they are computed: the same call after an interruption goes
-        on from it. A function as metric is known by its name only
-    progress : show a progress bar, if standard error is a terminal
-    settings : threads, dtype, frame, declination and gyr_hold, as in `ahrs_rs.sweep`
+    filter : type
+        The class, of ``ar.FILTERS``.
+    params : mapping or sequence of str or iterable of Recording, optional
+        Which parameters and where, as in `space`.
+    recordings : iterable of Recording or mapping or sequence of str, optional
+        With `ref`, unless the metric is a function.
+    points : int, optional
+        So many values of each number.
+    metric : str or callable, optional
+        As in `ahrs_rs.sweep`: ``"total"``, ``"heading"``, ``"inclination"``, or a function of an
+        `Estimate` and a `Recording` (slower); the mean over the recordings is made small.
+    fixed : mapping, optional
+        Parameters that are held at other values than their defaults.
+    test : float or sequence of Recording, optional
+        Recordings on which the parameters are not chosen but judged, or which part of `recordings`
+        is taken away for that, as 0.3: whole recordings, drawn by the seed.
+    seed : int, optional
+        Of the draw.
+    checkpoint : path-like, optional
+        A file in which the errors are kept while they are computed: the same call after an
+        interruption goes on from it. A function as metric is known by its name only.
+    progress : bool, optional
+        Show a progress bar, if standard error is a terminal.
+    **settings : object
+        Threads, dtype, frame, declination and gyr_hold, as in `ahrs_rs.sweep`.
+
+    Returns
+    -------
+    Tuned
+        The parameters and their errors.
 
     Raises
     ------
@@ -65,6 +82,14 @@ def grid(
         for parameters that the filter does not have, recordings without truth, a checkpoint of another search.
     TuningInterrupted
         for Ctrl-C.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.grid(ar.Madgwick, {"beta": (0.01, 1.0)}, [rec], points=5)
+    >>> sorted(found.params)
+    ['beta']
     """
     params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
@@ -99,14 +124,50 @@ def evolve(
 
     Parameters
     ----------
-    population : so many sets for each parameter; a generation is computed at once
-    generations : at most
-    tolerance : the search ends earlier where the errors of a generation differ by less than this part of their mean
-    seed : of the search, and of the draw of the test recordings
+    filter : type
+        The class, of ``ar.FILTERS``.
+    params : mapping or sequence of str or iterable of Recording, optional
+        Which parameters and where, as in `space`.
+    recordings : iterable of Recording or mapping or sequence of str, optional
+        With `ref`, unless the metric is a function.
+    population : int, optional
+        So many sets for each parameter; a generation is computed at once.
+    generations : int, optional
+        At most.
+    tolerance : float, optional
+        The search ends earlier where the errors of a generation differ by less than this part of
+        their mean.
+    metric : str or callable, optional
+        As in `ahrs_rs.sweep`.
+    fixed : mapping, optional
+        Parameters that are held at other values than their defaults.
+    test : float or sequence of Recording, optional
+        Recordings for the test, or which part of `recordings` is taken away for it.
+    seed : int, optional
+        Of the search, and of the draw of the test recordings.
+    checkpoint : path-like, optional
+        A file in which the errors are kept.
+    progress : bool, optional
+        Show a progress bar, if standard error is a terminal.
+    **settings : object
+        Threads, dtype, frame, declination, gyr_hold, as in `ahrs_rs.sweep`.
+
+    Returns
+    -------
+    Tuned
+        The parameters and their errors.
 
     Notes
     -----
     The defaults are tried first, and are in the first generation if they are within the ranges.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.evolve(ar.Madgwick, ["beta"], [rec], generations=1, population=4)
+    >>> sorted(found.params)
+    []
     """
     params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
