@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables map names clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -84,6 +84,8 @@ lint: dev ## Check format, lints, types and stubs
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest --allowlist tools/stubtest-allowlist.txt ahrs_rs
 	$(BIN)/python tools/stubs.py --check
+	$(BIN)/python tools/map.py --check
+	$(BIN)/python tools/names.py --check
 
 oracle: dev ## Compute all results of the oracles in full, compare every row, keep what is new (ARGS="-k vqf": some)
 	AHRS_RS_ORACLE=all RAYON_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto $(ARGS) \
@@ -110,6 +112,12 @@ browser: ## Install the browser (Debian, root) that the test of the papers' repo
 
 calibration: dev ## Calibrate the magnetometers of real recordings (AHRS_RS_DATA) into docs/calibration.md
 	$(BIN)/python tools/calibration.py
+
+map: dev ## Draw what imports what, crates and Python modules, into docs/map.md
+	$(BIN)/python tools/map.py
+
+names: dev ## Write what one quantity is called in each filter into docs/names.md
+	$(BIN)/python tools/names.py
 
 tables: dev ## Write what tables are understood into docs/tables.md
 	$(BIN)/python tools/tables.py

@@ -11,7 +11,7 @@ import numpy as np
 from accuracy_scores import aligned_scores, errors, scores, table
 
 import ahrs_rs as ar
-from ahrs_rs._attitudes import Attitudes
+from ahrs_rs._slerp import Attitudes
 from ahrs_rs.simulate import IronFloor, Sensor, Setup, Triad
 
 #: Each of ours, and the one that it has to be better than.

@@ -190,8 +190,8 @@ def of_functions() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "simulate.record", lambda: simulate.record(simulate.still(0.1), rate=RATE, duration=2.0)
     for name in simulate.SCENARIOS:
         yield f"simulate.scenario {name}", lambda name=name: simulate.scenario(name, duration=5.0)
-    yield "tuning.grid", lambda: tuning.grid(ar.Madgwick, [one], {"beta": [0.1, 0.2]})
-    yield "tuning.evolve", lambda: tuning.evolve(ar.Madgwick, [one], ["beta"], generations=2)
+    yield "tuning.grid", lambda: tuning.grid(ar.Madgwick, {"beta": [0.1, 0.2]}, [one])
+    yield "tuning.evolve", lambda: tuning.evolve(ar.Madgwick, ["beta"], [one], generations=2)
     panel = plots.ErrorPanel(one, "a")
     panel.add("a", quat[:100])
     yield "plots.errors", lambda: plots.errors(one, {"a": quat[:100]})

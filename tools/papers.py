@@ -11,7 +11,7 @@ from pathlib import Path
 
 import ahrs_rs as ar
 from ahrs_rs.cli._common import CliError
-from ahrs_rs.cli.papers import find_recordings
+from ahrs_rs.cli._papers import find_recordings
 from ahrs_rs.papers import STUDIES, study
 from ahrs_rs.papers._text import claims_with_numbers, markdown
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 import sys
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ahrs_rs import FILTERS, Filter, Param
-from ahrs_rs._special import SPECIAL
+from ahrs_rs._extra_constructors import SPECIAL
 
 STUB = Path(__file__).parents[1] / "python" / "ahrs_rs" / "filters.pyi"
 
@@ -56,7 +57,11 @@ def quoted(text: str) -> str:
 
 def ignored(param: Param) -> str:
     """For a parameter of what every filter has: an attribute there, which a property goes over."""
-    return "  # type: ignore[override]" if param.name in Filter.__annotations__ else ""
+    return (
+        "  # type: ignore[override]"
+        if any(param.name in inspect.get_annotations(base) for base in Filter.__mro__)
+        else ""
+    )
 
 
 def class_stub(cls: type[Filter]) -> str:
@@ -67,6 +72,7 @@ def class_stub(cls: type[Filter]) -> str:
     lines = [
         "",
         f"class {cls.__name__}(Filter):",
+        docstring(cls),
         *attributes,
         "    def __new__(",
         "        cls,",
@@ -75,6 +81,13 @@ def class_stub(cls: type[Filter]) -> str:
         *map(method_stub, SPECIAL.get(cls.__name__, ())),
     ]
     return "\n".join(lines) + "\n"
+
+
+def docstring(cls: type[Filter]) -> str:
+    """That of the class, indented, so that editors show it."""
+    text = textwrap.indent(inspect.getdoc(cls) or "", "    ")
+    prefix = "r" if "\\" in text else ""
+    return f'    {prefix}"""{text.strip()}\n    """'
 
 
 def method_stub(method: Callable[..., Any]) -> str:

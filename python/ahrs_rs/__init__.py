@@ -16,28 +16,27 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from ahrs_rs import filters, metrics
+from ahrs_rs._estimate import Estimate
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
+from ahrs_rs._recording import Recording
+from ahrs_rs._run_many import run_many
+from ahrs_rs._state import State
+from ahrs_rs._status import Status
 from ahrs_rs._sweep import Sweep, SweepInterrupted, sweep
+from ahrs_rs._version import __version__ as __version__
 from ahrs_rs._warnings import DataWarning
-from ahrs_rs.batch import run_many
-from ahrs_rs.estimate import Estimate
 from ahrs_rs.filters import *  # noqa: F403  # the classes are made from the registry
 from ahrs_rs.filters import FILTERS as FILTERS
 from ahrs_rs.io import read, read_all, sensors
-from ahrs_rs.recording import Recording
-from ahrs_rs.state import State
-from ahrs_rs.status import Status
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, papers, signal, simulate, tuning
+    from ahrs_rs import calibration, papers, plots, signal, simulate, tuning
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
-__version__ = "0.1.0"
-
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "papers", "signal", "simulate", "tuning")
+_LATER = ("calibration", "papers", "plots", "signal", "simulate", "tuning")
 #: The same for functions: name -> module.
 _LATER_FUNCTIONS = {"join_reference": "_reference", "write_estimate": "io"}
 
@@ -56,6 +55,7 @@ __all__ = [
     "join_reference",
     "metrics",
     "papers",
+    "plots",
     "read",
     "read_all",
     "run_many",

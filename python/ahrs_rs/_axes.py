@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ahrs_rs import _quat
-
-FloatArray = NDArray[np.float64]
+from ahrs_rs._typing import FloatArray
 
 #: Streams of vectors in the sensor frame, alone or at the start of a name (acc_high_range).
 SENSOR_VECTORS = ("gyr", "acc", "mag", "linear_acceleration", "gravity")

@@ -11,12 +11,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ahrs_rs._filter import Filter, thread_count
+from ahrs_rs._estimate import Estimate
+from ahrs_rs._filter import Filter
 from ahrs_rs._progress import counting_on
-from ahrs_rs.batch import run_many
-from ahrs_rs.estimate import Estimate
+from ahrs_rs._recording import Recording
+from ahrs_rs._run_many import run_many
+from ahrs_rs._validate import thread_count
 from ahrs_rs.metrics import Score, score
-from ahrs_rs.recording import Recording
 
 Metric: TypeAlias = str | Callable[[Estimate, Recording], float]
 Count: TypeAlias = Callable[[int], object]

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, _json
 from ahrs_rs._cells import Metric
 from ahrs_rs._filter import Filter
-from ahrs_rs.recording import Recording
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import BoolArray, FloatArray
+from ahrs_rs._version import __version__
 
 
 class Checkpoint:
@@ -100,8 +98,6 @@ def job(
     format: str, filter: type[Filter], metric: Metric, settings: Mapping[str, Any], recordings: Iterable[Recording]
 ) -> dict[str, Any]:
     """What errors depend on, beside the parameters."""
-    from ahrs_rs import __version__
-
     return {
         "format": format,
         "version": __version__,

@@ -7,12 +7,29 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from ahrs_rs._class_doc import class_doc, property_doc
+from ahrs_rs._extra_constructors import SPECIAL, WITHOUT_GYROSCOPE
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
-from ahrs_rs._special import SPECIAL, WITHOUT_GYROSCOPE
+from ahrs_rs._signature import ShownSignature
+from ahrs_rs._validate import did_you_mean
 
 #: What goes on from sample to sample, and so is not there in offline filters.
 STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status", "covariance")
+
+
+class Registry(dict[str, type[Filter]]):
+    """The classes by name; for another name a ``KeyError`` that says which one it could be."""
+
+    def __missing__(self, name: object) -> type[Filter]:
+        raise UnknownFilterError(f"expected the name of a filter, got {name!r}{did_you_mean(name, self)}")
+
+
+class UnknownFilterError(KeyError):
+    """A name that no filter has. A ``KeyError`` shows the repr of its message; this one shows the message."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def make_class(spec: Mapping[str, Any]) -> type[Filter]:
@@ -32,7 +49,7 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
         (Filter,),
         {
             "__module__": "ahrs_rs",
-            "__signature__": inspect.Signature([common[0], *own, *common[1:]]),
+            "__signature__": ShownSignature([common[0], *own, *common[1:]]),
             **{name: _param_property(param) for name, param in params.items()},
             **({} if spec["streaming"] else {name: _Absent(name) for name in STREAMED}),
             **{method.__name__: classmethod(method) for method in SPECIAL.get(spec["name"], ())},
@@ -53,42 +70,6 @@ def make_class(spec: Mapping[str, Any]) -> type[Filter]:
     )
 
 
-def class_doc(spec: Mapping[str, Any], params: Mapping[str, Param], outputs: Mapping[str, str]) -> str:
-    """The docstring of a filter's class."""
-    sensors = (
-        "9D, or 6D without a magnetometer" if spec["magnetometer"] else "6D; a magnetometer gives the initial heading"
-    )
-    lines = [spec["doc"], "", f"Source: {spec['source']}. Uses: {sensors}.", ""]
-    if params:
-        lines += ["Parameters", "----------"]
-    for param in params.values():
-        if param.options is not None:
-            kind = " or ".join(f'"{option}"' if isinstance(option, str) else str(option) for option in param.options)
-        else:
-            low, high = param.range or (0.0, 0.0)
-            kind = f"{param.unit}, in [{low:g}, {high:g}]"
-        lines += [f"{param.name} : {kind}, default {param.default!r}", f"    {param.doc}"]
-    if spec["presets"]:
-        lines += [
-            "",
-            "Presets: "
-            + "; ".join(
-                f"{name} ({', '.join(f'{key}={value}' for key, value in values.items())})"
-                for name, values in spec["presets"].items()
-            ),
-        ]
-    if outputs:
-        lines += ["", "Outputs: " + "; ".join(f"{name}: {doc}" for name, doc in outputs.items())]
-    law = spec["equivariance"]
-    lines += [
-        "",
-        f"Under a rotation of the sensor frame the estimate's law is: {law}.",
-        "",
-        "Further keywords: `ahrs_rs.Filter`.",
-    ]
-    return "\n".join(lines)
-
-
 class _Absent:
     """What an offline filter does not have: looking for it is an ``AttributeError`` that says why."""
 
@@ -105,4 +86,4 @@ def _param_property(param: Param) -> property:
     def value(self: Filter) -> float | str | bool:
         return self.params[param.name]
 
-    return property(value, doc=param.doc)
+    return property(value, doc=property_doc(param))

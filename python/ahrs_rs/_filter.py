@@ -2,182 +2,163 @@
 
 from __future__ import annotations
 
-import inspect
-import operator
-from collections.abc import Mapping, Sequence
-from functools import cached_property, partial
-from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from collections.abc import Sequence
+from typing import Any, Self, cast
 
-import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike
 
-from ahrs_rs import _inputs, _native
-from ahrs_rs._param import Param
-from ahrs_rs.estimate import Estimate, Floats
-from ahrs_rs.recording import Recording
-from ahrs_rs.state import Snapshot, State
-from ahrs_rs.status import Status
-
-FRAMES: tuple[str, ...] = tuple(_native.frames())
-GYR_HOLDS: tuple[str, ...] = tuple(_native.gyr_holds())
-REPEATED: tuple[str, ...] = tuple(_native.repeated_rules())
-
-#: What every filter alike is asked for beside its rate and dtype, with the defaults.
-SETTINGS: Mapping[str, str | float] = MappingProxyType(
-    {
-        "frame": FRAMES[0],
-        "declination": 0.0,
-        "gyr_hold": GYR_HOLDS[0],
-        "repeated": REPEATED[0],
-        "gyr_range": 0.0,
-    }
-)
+from ahrs_rs import _inputs, _validate
+from ahrs_rs._engine import SETTINGS, Engine, dtype_name
+from ahrs_rs._estimate import Estimate
+from ahrs_rs._recording import Recording
+from ahrs_rs._signature import in_lines
+from ahrs_rs._state import Snapshot, State
+from ahrs_rs._status import Status
+from ahrs_rs._typing import Floats
 
 
-#: The dtypes that are computed in, by themselves: `numpy.dtype.name` is made up at every look.
-_DTYPES = {np.dtype(name): name for name in ("float64", "float32")}
-#: The further outputs of a run that asks for none.
-_NO_EXTRA: Mapping[str, Floats] = MappingProxyType({})
+class Filter(Engine):
+    """An attitude filter with its parameters: the base class of all filters.
 
+    ``run`` takes whole recordings and never changes the filter; ``update`` goes on sample by
+    sample from its own state. All arguments are keywords. Filters are equal where class,
+    parameters and settings are; the streaming state does not count.
 
-class Call(NamedTuple):
-    """A run that is about to be made."""
+    Parameters
+    ----------
+    rate : float, optional
+        Sampling rate in Hz. Needed unless stamps ``t`` or steps ``dt`` are given.
+    frame : {"ENU", "NED", "NWU"}, default "ENU"
+        Earth frame of the attitude.
+    declination : float, default 0.0
+        Magnetic declination in rad, positive east. With a magnetometer, the attitude is then
+        from true north.
+    gyr_hold : {"zero-order", "linear"}, default "zero-order"
+        The angular rate between two samples: that of the sample that ends the step, or linear
+        between both.
+    repeated : {"new", "missing"}, default "new"
+        A row of the accelerometer or magnetometer that equals the sensor's last one bit for
+        bit, while the gyroscope's row does not: a measurement as any other, or none, for 1 s
+        at most (the logger repeats the last row of a slower sensor).
+    gyr_range : float, default 0.0
+        Largest rate in rad/s that an axis of the gyroscope shows; 0: not known. A rotation
+        beyond it is lost, and the attitude is found again from the accelerometer and
+        magnetometer.
+    dtype : data-type, default numpy.float64
+        Of ``update``: float32 or float64. ``run`` computes in float32 where all its
+        measurements are float32.
+    **params : float, str or bool
+        The filter's own parameters.
 
-    native: tuple[Any, ...]
-    """gyr, acc, mag, t, q0, snapshots, indices of outputs, out."""
-    dtype: str
-    names: tuple[str, ...]
-    """Those of the outputs."""
-    states: list[State]
+    Raises
+    ------
+    TypeError
+        A parameter that the filter does not have, an argument without a name, or this class
+        itself in place of a filter's.
+    ValueError
+        A value that a parameter does not take.
 
-
-class Filter(_native.NativeFilter):
-    """An attitude filter with its parameters.
-
-    ``run`` takes whole recordings and never changes the filter; ``update`` goes on sample by sample from its own
-    state. All arguments of the constructor are keywords:
-
-    rate: sampling rate in Hz, for data without stamps (default: none, stamps or ``dt`` must be given)
-    frame: earth frame of the attitude, ``"ENU"``, ``"NED"`` or ``"NWU"``
-    declination: magnetic declination in rad, positive east: with a magnetometer, the attitude is from true north
-    gyr_hold: ``"zero-order"``, the rate of a sample holds over the step that ends with it, or ``"linear"``
-    repeated: what a row of the accelerometer or magnetometer is that equals the sensor's last one bit for bit while the
-        gyroscope's row does not: ``"new"``, a measurement as any other, or ``"missing"``, none, for 1 s at most (the
-        logger repeats the last row of a slower sensor)
-    gyr_range: largest rate in rad/s that an axis of the gyroscope shows (default 0: not known): a rotation beyond it is
-        lost, and the attitude found again from the accelerometer and magnetometer
-    dtype: of ``update``; ``run`` computes in float32 if all its measurements are
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> f = ar.FILTERS["Madgwick"](rate=100.0, beta=0.1)
+    >>> f.rate, f.beta
+    (100.0, 0.1)
+    >>> isinstance(f, ar.Filter)
+    True
     """
-
-    NAME: ClassVar[str]
-    PARAMS: ClassVar[Mapping[str, Param]]
-    OUTPUTS: ClassVar[Mapping[str, str]]
-    PRESETS: ClassVar[Mapping[str, Mapping[str, float | str | bool]]]
-    STREAMING: ClassVar[bool]
-    EQUIVARIANCE: ClassVar[str]
-    SOURCE: ClassVar[str]
-    _DEFAULTS: ClassVar[dict[str, float]]
-    _SHOWN: ClassVar[Mapping[str, float | str | bool]]
-    __signature__: ClassVar[inspect.Signature]
-    GYROSCOPE: ClassVar[bool]
-    """Whether it cannot do without a gyroscope."""
-    MAGNETOMETER: ClassVar[bool]
-    """Whether a magnetometer is used beyond the initial heading."""
-    FEEDBACK: ClassVar[bool]
-    """Whether an attitude error decays while the measurements are good."""
-
-    rate: float | None
-    frame: str
-    declination: float
-    gyr_hold: str
-    repeated: str
-    gyr_range: float
-    dtype: np.dtype[Any]
-    params: Mapping[str, float | str | bool]
-    """The value of each parameter; also attributes of their own names."""
-
-    def __new__(
-        cls,
-        *,
-        rate: float | None = None,
-        frame: str = "ENU",
-        declination: float = 0.0,
-        gyr_hold: str = "zero-order",
-        repeated: str = "new",
-        gyr_range: float = 0.0,
-        dtype: DTypeLike = np.float64,
-        **params: Any,
-    ) -> Self:
-        if "gyr_range" in cls.PARAMS:  # a filter that has its own use for it
-            params["gyr_range"], gyr_range = gyr_range, 0.0
-        gyr_range = _number("gyr_range", gyr_range)
-        values = cls._encoded(params)
-        kind = np.dtype(dtype)
-        rate = None if rate is None else _number("rate", rate)
-        declination = _number("declination", declination)
-        frame, gyr_hold = _choice("frame", frame, FRAMES), _choice("gyr_hold", gyr_hold, GYR_HOLDS)
-        repeated = _choice("repeated", repeated, REPEATED)
-        self = super().__new__(
-            cls, cls.NAME, values, rate, frame, declination, gyr_hold, repeated, gyr_range, _dtype_name(kind)
-        )
-        own = self.__dict__  # past `__setattr__`, which lets nothing be changed
-        own["rate"], own["frame"], own["declination"], own["gyr_hold"] = rate, frame, declination, gyr_hold
-        own["repeated"], own["dtype"] = repeated, kind
-        if "gyr_range" not in cls.PARAMS:
-            own["gyr_range"] = gyr_range
-        own["params"] = cls._shown(values) if params else cls._SHOWN
-        return self
-
-    @classmethod
-    def _shown(cls, values: Sequence[float]) -> Mapping[str, float | str | bool]:
-        """The parameters whose numbers these are, as they are written."""
-        numbers = zip(cls.PARAMS.items(), values, strict=True)
-        return MappingProxyType(
-            {name: value if spec.options is None else spec.options[int(value)] for (name, spec), value in numbers}
-        )
-
-    @classmethod
-    def _encoded(cls, params: Mapping[str, Any]) -> list[float]:
-        """The numbers of all parameters, those that are not given having their defaults; checked."""
-        if not params.keys() <= cls.PARAMS.keys():
-            unknown = next(name for name in params if name not in cls.PARAMS)
-            known = ", ".join(dict.fromkeys([*cls.PARAMS, "rate", *SETTINGS, "dtype"]))
-            raise TypeError(f"{cls.NAME} has no parameter {unknown!r}; it takes {known}")
-        values = cls._DEFAULTS.copy()
-        for name, value in params.items():
-            values[name] = cls.PARAMS[name].encode(value)
-        return list(values.values())
 
     @classmethod
     def preset(cls, name: str, **keywords: Any) -> Self:
-        """A filter with the parameters of a paper, as ``Madgwick.preset("ludwig2018", rate=100.0)``.
+        """A filter with the parameters of a paper.
 
-        Further keywords are those of the constructor. ``ValueError`` for a name that the filter does not have.
+        Parameters
+        ----------
+        name : str
+            Of ``PRESETS``.
+        **keywords : float, str or bool
+            Further ones of the constructor; they go over those of the preset.
+
+        Returns
+        -------
+        Filter
+            One of this class.
+
+        Raises
+        ------
+        ValueError
+            A name that the filter does not have.
+
+        Examples
+        --------
+        >>> import ahrs_rs as ar
+        >>> ar.Madgwick.preset("ludwig2018", rate=100.0).beta
+        0.011765
         """
         if name not in cls.PRESETS:
-            raise ValueError(f"name: expected one of {sorted(cls.PRESETS)} for {cls.NAME}, got {name!r}")
+            hint = _validate.did_you_mean(name, cls.PRESETS)
+            raise ValueError(f"name: expected one of {sorted(cls.PRESETS)} for {cls.NAME}, got {name!r}{hint}")
         return cls(**{**cls.PRESETS[name], **keywords})
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in self.__dict__ or name in type(self).PARAMS:
-            raise AttributeError(f"{name} cannot be changed: make a new {type(self).__name__}")
+            raise AttributeError(f"{name} cannot be changed: f.replace({name}=...) gives another {type(self).__name__}")
         super().__setattr__(name, value)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether class, parameters and settings are the same; the streaming state does not count."""
+        if not isinstance(other, Filter):
+            return NotImplemented
+        return type(self) is type(other) and self._keywords() == other._keywords()
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self._keywords().values()))
+
+    def get_params(self) -> dict[str, Any]:
+        """All keywords of the constructor with their values.
+
+        Returns
+        -------
+        dict
+            By name: ``type(f)(**f.get_params()) == f``.
+        """
+        return self._keywords()
+
+    def replace(self, **changes: Any) -> Self:
+        """A new filter with some parameters or settings changed; it starts afresh.
+
+        Parameters
+        ----------
+        **changes : float, str or bool
+            As of the constructor.
+
+        Returns
+        -------
+        Filter
+            One of the same class.
+
+        Raises
+        ------
+        TypeError
+            A parameter that the filter does not have.
+        ValueError
+            A value that it does not take.
+
+        Examples
+        --------
+        >>> import ahrs_rs as ar
+        >>> ar.Mahony(rate=100.0).replace(kp=0.5).kp
+        0.5
+        """
+        return type(self)(**{**self._keywords(), **changes})
+
     def __repr__(self) -> str:
-        keywords = {**self._keywords(), "dtype": _dtype_name(self.dtype)}
+        keywords = {**self._keywords(), "dtype": dtype_name(self.dtype)}
         defaults = {"rate": None, **SETTINGS, "dtype": "float64"}
         shown = [f"{key}={value!r}" for key, value in keywords.items() if value != defaults.get(key, ())]
         return f"{type(self).__name__}({', '.join(shown)})"
 
-    def _keywords(self) -> dict[str, Any]:
-        settings = {name: getattr(self, name) for name in SETTINGS}
-        return {"rate": self.rate, **self.params, **settings, "dtype": self.dtype}
-
-    @cached_property
-    def _settings(self) -> tuple[tuple[str, float | str | bool], ...]:
-        return tuple({**self.params, **{name: getattr(self, name) for name in SETTINGS}}.items())
-
+    @in_lines
     def run(
         self,
         gyr: ArrayLike | Recording | None,
@@ -195,118 +176,67 @@ class Filter(_native.NativeFilter):
 
         Parameters
         ----------
-        gyr : (T, 3) or (N, T, 3), angular rate in rad/s; or a `Recording`, which brings acc, mag and t; or None for a
-            filter that uses the gyroscope only where the accelerometer has no sample (``Tilt``, ``Ecompass``)
-        acc : same shape, specific force in m/s² (at rest, z up, +9.81 on z), or None
-        mag : same shape, magnetic field in µT, or None
-        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no ``rate``; also dates and
-            durations of numpy, pandas, polars and Arrow (dates count from the first one)
-        q0 : (4,) or (N, 4), or scipy's Rotation, one step before the first sample; by default the first samples align
-        state : go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings
-        outputs : names from ``OUTPUTS``, for ``Estimate.extra``
-        out : array (..., T, 4) into which the quaternions are written; after an error it holds anything
-        threads : how many recordings are computed at once; by default as many as there are cores and as the work pays
-            for, or as the environment says (AHRS_RS_NUM_THREADS)
+        gyr : array_like, Recording or None
+            (T, 3) or (N, T, 3) angular rate in rad/s. A `Recording` brings acc, mag and t. None
+            for a filter that uses the gyroscope only where the accelerometer has no sample
+            (``Tilt``, ``Ecompass``).
+        acc : array_like, optional
+            Same shape, specific force in m/s² (at rest, z up, +9.81 on z).
+        mag : array_like, optional
+            Same shape, magnetic field in µT.
+        t : array_like, optional
+            (T,) or (N, T) stamps in s that do not decrease; needed where the filter has no
+            ``rate``. Also dates and durations of numpy, pandas, polars and Arrow (dates count
+            from the first one).
+        q0 : array_like or scipy.spatial.transform.Rotation, optional
+            (4,) or (N, 4) attitude one step before the first sample; by default the first
+            samples align.
+        state : State or list of State, optional
+            Go on from ``Estimate.state`` or ``Filter.state()``; N of them for N recordings.
+        outputs : str or sequence of str, optional
+            Names from ``OUTPUTS``, for ``Estimate.extra``.
+        out : ndarray, optional
+            (..., T, 4), into which the quaternions are written; after an error it holds
+            anything.
+        threads : int, optional
+            How many recordings are computed at once; by default as many as there are cores and
+            as the work pays for, or as AHRS_RS_NUM_THREADS says.
 
-        Rows with a NaN are missing measurements: the filter goes on with what is left, and ``Estimate.status`` says
-        so. Computed in float32 if all of gyr, acc and mag are float32, else in float64. Data frames and columns of
-        pandas, polars and Arrow are taken as arrays.
-
-        Warns
-        -----
-        DataWarning
-            where arrays look as if they were in g, in degrees a second, or stamped in ms.
+        Returns
+        -------
+        Estimate
+            Attitudes, biases, status bits, and the state after the last sample.
 
         Raises
         ------
         ValueError
-            for shapes that do not fit, infinite values, decreasing or non-finite stamps, a state of another filter;
-            the message names the argument.
+            Shapes that do not fit, infinite values, decreasing or non-finite stamps, a state of
+            another filter; the message names the argument.
+
+        Warns
+        -----
+        DataWarning
+            Arrays look as if they were in g, in degrees a second, or stamped in ms.
+
+        Notes
+        -----
+        Rows with a NaN are missing measurements: the filter goes on with what is left, and
+        ``Estimate.status`` says so. Computed in float32 if all of gyr, acc and mag are float32,
+        else in float64. Data frames and columns of pandas, polars and Arrow are taken as arrays.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import ahrs_rs as ar
+        >>> gyr, acc = np.zeros((50, 3)), np.tile([0.0, 0.0, 9.81], (50, 1))
+        >>> ar.Mahony(rate=100.0).run(gyr, acc)
+        <Estimate quat(50, 4), float64, gyr_bias>
         """
         call = self._call(gyr, acc, mag, t=t, q0=q0, state=state, outputs=outputs, out=out)
         if not isinstance(gyr, Recording):
             _inputs.doubt(call.native[0], call.native[1], call.native[3])
-        (result,) = self._run([call.native], thread_count(threads), call.dtype == "float32", None, True)
+        (result,) = self._run([call.native], _validate.thread_count(threads), call.dtype == "float32", None, True)
         return self._estimate(call, result)
-
-    def _call(
-        self,
-        gyr: ArrayLike | Recording | None,
-        acc: ArrayLike | None = None,
-        mag: ArrayLike | None = None,
-        *,
-        t: ArrayLike | None = None,
-        q0: ArrayLike | None = None,
-        state: State | Sequence[State] | None = None,
-        outputs: Sequence[str] = (),
-        out: Floats | None = None,
-    ) -> Call:
-        """The arguments of `run` for the native side; ``ValueError`` where they are wrong."""
-        gyr, acc, mag, t = _inputs.inputs(self.NAME, self.GYROSCOPE, gyr, acc, mag, t, goes_on=state is not None)
-        dtype = "float32" if _native.all_float32(gyr, acc, mag) else "float64"
-        if q0 is not None and state is not None:
-            raise ValueError("q0: expected None where a state is given, got an attitude")
-        names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-        indices = [self._output_index(name) for name in names]
-        states = self._given_states(state, dtype)
-        snapshots = None if states is None else [(list(s.variables), s.last_t, s.samples) for s in states]
-        start = _inputs.attitude(q0)
-        return Call((gyr, acc, mag, t, start, snapshots, indices, out), dtype, names, states or [])
-
-    def _estimate(self, call: Call, result: Any) -> Estimate:
-        """What the native side gave for a call."""
-        quat, gyr_bias, status, extra, after = result
-        t, out = call.native[3], call.native[7]
-        if out is not None:
-            quat = out
-        further = MappingProxyType(dict(zip(call.names, extra, strict=True))) if extra else _NO_EXTRA
-        # What comes later knows nothing of the call, whose arrays it would keep alive.
-        later = partial(self._later, status.shape, call.dtype, after, call.states)
-        est = Estimate._of_run(quat, gyr_bias, status, further, self.frame, later)
-        if t is not None:
-            object.__setattr__(est, "t", np.asarray(t, dtype=np.float64))
-        return est
-
-    def _later(
-        self, shape: tuple[int, ...], dtype: str, after: list[Snapshot], before: list[State], name: str
-    ) -> NDArray[np.float64] | State | list[State] | None:
-        """The stamps (``"t"``) or the states after a run over arrays of a shape, from the states before it."""
-        if name == "t":
-            return self._stamps(shape[-1], before)
-        if not self.STREAMING:
-            return None
-        states = [State._of_native(self.NAME, dtype, self._settings, snapshot) for snapshot in after]
-        return states[0] if len(shape) == 1 else states
-
-    def _given_states(self, state: State | Sequence[State] | None, dtype: str) -> list[State] | None:
-        if state is None:
-            return None
-        states = [state] if isinstance(state, State) else list(state)
-        return [self._checked(one, dtype) for one in states]
-
-    def _checked(self, state: State, dtype: str) -> State:
-        if not self.STREAMING:
-            raise ValueError(f"state: expected None, as {self.NAME} is offline, got {type(state).__name__}")
-        if not isinstance(state, State):
-            raise ValueError(f"state: expected a State or a list of them, got {type(state).__name__}")
-        state.check(self.NAME, dtype, self._settings)
-        return state
-
-    def _stamps(self, samples: int, before: list[State]) -> NDArray[np.float64]:
-        """The stamps of a run at a constant rate, going on from the states."""
-        rate = self.rate or 1.0  # without a rate there are no samples
-        steps = np.arange(samples, dtype=np.float64)
-        if not before:
-            return np.divide(steps, rate, out=steps)
-        rows = [(s.samples + steps) / rate if s.last_t is None else s.last_t + (steps + 1.0) / rate for s in before]
-        same = all(np.array_equal(row, rows[0]) for row in rows[1:])
-        return rows[0] if same else np.stack(rows)
-
-    def _output_index(self, name: str) -> int:
-        names = list(self.OUTPUTS)
-        if name not in names:
-            raise ValueError(f"outputs: expected names from {names} for {self.NAME}, got {name!r}")
-        return names.index(name)
 
     @property
     def status(self) -> Status:
@@ -315,20 +245,43 @@ class Filter(_native.NativeFilter):
 
     @property
     def covariance(self) -> Floats | None:
-        """(3, 3) covariance of the attitude error in the sensor frame in rad², or None where there is none."""
+        """(3, 3) covariance of the attitude error in the sensor frame in rad²; None: there is none."""
         return self._output(self._output_index("covariance")) if "covariance" in self.OUTPUTS else None
 
     def state(self) -> State:
-        """A snapshot of the streaming state: ``restore`` goes back to it, ``run(state=...)`` goes on from it."""
-        return State._of_native(self.NAME, _dtype_name(self.dtype), self._settings, self._snapshot())
+        """A snapshot of the streaming state.
+
+        Returns
+        -------
+        State
+            ``restore`` goes back to it, ``run(state=...)`` goes on from it.
+        """
+        return State._of_native(self.NAME, dtype_name(self.dtype), self._settings, self._snapshot())
 
     def restore(self, state: State) -> None:
-        """Go back to a snapshot; ``ValueError`` if it is of another class, dtype or parameter set."""
-        checked = self._checked(state, _dtype_name(self.dtype))
+        """Go back to a snapshot.
+
+        Parameters
+        ----------
+        state : State
+            Of a filter of the same class, dtype, parameters and settings.
+
+        Raises
+        ------
+        ValueError
+            A state of another filter.
+        """
+        checked = self._checked(state, dtype_name(self.dtype))
         self._restore((list(checked.variables), checked.last_t, checked.samples))
 
     def copy(self) -> Self:
-        """A filter with the same parameters and the same streaming state that goes its own way."""
+        """A filter with the same parameters and streaming state, that goes its own way.
+
+        Returns
+        -------
+        Filter
+            One of the same class.
+        """
         twin = type(self)(**self._keywords())
         if self.STREAMING:
             twin._restore(self._snapshot())
@@ -350,40 +303,6 @@ def _rebuild(
     made = cls(**keywords)
     if snapshot is not None:
         variables, last_t, samples = snapshot
-        own = (cls.NAME, _dtype_name(made.dtype), made._settings)
+        own = (cls.NAME, dtype_name(made.dtype), made._settings)
         made.restore(State(*own, tuple(variables), last_t, samples, cast(int, version)))
     return made
-
-
-def _dtype_name(dtype: np.dtype[Any]) -> str:
-    return _DTYPES.get(dtype) or dtype.name
-
-
-def _number(name: str, value: object) -> float:
-    if type(value) is float:
-        return value
-    if isinstance(value, (str, bytes, bool)):
-        raise ValueError(f"{name}: expected a number, got {value!r}")
-    try:
-        return float(cast(Any, value))
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name}: expected a number, got {value!r}") from None
-
-
-def thread_count(threads: int | None) -> int | None:
-    """The number of threads; ``ValueError`` where it is none."""
-    if threads is None:
-        return None
-    try:
-        count = 0 if isinstance(threads, bool) else operator.index(threads)
-    except TypeError:
-        count = 0
-    if count < 1:
-        raise ValueError(f"threads: expected a positive whole number or None, got {threads!r}")
-    return count
-
-
-def _choice(name: str, value: object, options: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or value not in options:
-        raise ValueError(f"{name}: expected one of {', '.join(map(repr, options))}, got {value!r}")
-    return value

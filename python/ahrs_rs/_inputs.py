@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ahrs_rs import _arrays, _plausible
+from ahrs_rs._recording import Recording
 from ahrs_rs._warnings import DataWarning
-from ahrs_rs.recording import Recording
 
 Inputs = tuple[Any, Any, Any, Any]
 
@@ -35,9 +37,22 @@ def inputs(name: str, gyroscope: bool, gyr: Any, acc: Any, mag: Any, t: Any, *, 
             raise ValueError(f"{given}: expected None where a recording is given, which has its own")
         gyr, acc, mag, t = gyr.gyr, gyr.acc, gyr.mag, gyr.t
     else:
+        _no_array(gyr)
         gyr, acc, mag = _arrays.vectors("gyr", gyr), _arrays.vectors("acc", acc), _arrays.vectors("mag", mag)
         t = _arrays.stamps(t, since=goes_on)
     return (gyr if gyr is not None else _no_gyroscope(name, gyroscope, acc)), acc, mag, t
+
+
+def _no_array(gyr: Any) -> None:
+    """Raise a ``ValueError`` that says what to do with a path or with several recordings."""
+    if isinstance(gyr, (str, os.PathLike)):
+        raise ValueError(f"gyr: expected an array or a Recording, got a path: give ar.read({str(gyr)!r})")
+    if isinstance(gyr, (list, tuple)) and any(isinstance(each, Recording) for each in gyr):
+        raise ValueError("gyr: expected one Recording, got several: ar.run_many(f, recordings) takes them")
+    if isinstance(gyr, Mapping):
+        raise ValueError(
+            f"gyr: expected an array or a Recording, got a {type(gyr).__name__} of {', '.join(map(str, gyr))}"
+        )
 
 
 def attitude(q0: Any) -> Any:

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
-from ahrs_rs.state import Snapshot
+from ahrs_rs._state import Snapshot
 
 __all__ = [
     "INSTRUCTIONS",

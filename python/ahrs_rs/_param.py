@@ -7,39 +7,69 @@ from typing import Any, cast
 
 import numpy as np
 
+from ahrs_rs._validate import did_you_mean, number
+
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A parameter of a filter: where its constructor, stub, command line and docs come from."""
+    """A parameter of a filter: where its constructor, stub, command line and docs come from.
+
+    Parameters
+    ----------
+    name : str
+        Of what is made.
+    doc : str
+        Meaning.
+    unit : str
+        SI unit, or empty.
+    default : float, str or bool
+        Value where none is given.
+    range : tuple, optional
+        Smallest and largest value of a number.
+    options : tuple of str or tuple of bool, optional
+        The values of a choice, or (False, True) of a switch.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.Madgwick.PARAMS["beta"].unit
+    'rad/s'
+    >>> ar.Madgwick.PARAMS["beta"].encode(0.5)
+    0.5
+    """
 
     name: str
     doc: str
-    """Meaning."""
     unit: str
-    """SI unit, or empty."""
     default: float | str | bool
     range: tuple[float, float] | None
-    """Smallest and largest value of a number."""
     options: tuple[str, ...] | tuple[bool, ...] | None
-    """The values of a choice, or (False, True) of a switch."""
 
     def encode(self, value: object) -> float:
-        """The number by which the native side knows the value; ``ValueError`` where it is not allowed."""
+        """The number by which the native side knows the value; ``ValueError`` where it is not allowed.
+
+        Parameters
+        ----------
+        value : object
+            A number, an option or a switch, as the parameter asks.
+
+        Returns
+        -------
+        float
+            A choice is its index, a switch 0 or 1.
+        """
         if self.options is not None:
             kind = (bool, np.bool_) if isinstance(self.default, bool) else str
             if isinstance(value, kind) and value in self.options:
                 return float(self.options.index(cast(Any, value)))
-            raise ValueError(f"{self.name} must be one of {', '.join(map(repr, self.options))}, got {value!r}")
-        if type(value) is float:
-            number = value
-        elif isinstance(value, (str, bytes, bool)) or np.ndim(cast(Any, value)) != 0:
-            raise ValueError(f"{self.name} must be a number, got {value!r}")
-        else:
-            try:
-                number = float(cast(Any, value))
-            except (TypeError, ValueError, OverflowError):
-                raise ValueError(f"{self.name} must be a number, got {value!r}") from None
+            wanted = f"one of {', '.join(map(repr, self.options))}"
+            hint = did_you_mean(value, map(str, self.options))
+            raise ValueError(f"{self.name}: expected {wanted}, got {value!r}{hint}")
+        if type(value) is not float and np.ndim(cast(Any, value)) != 0:
+            raise ValueError(f"{self.name}: expected a number, got {value!r}")
+        value = number(self.name, value)
         low, high = self.range or (-np.inf, np.inf)
-        if not low <= number <= high:
-            raise ValueError(f"{self.name} must be in [{low:g}, {high:g}] {self.unit}, got {number!r}")
-        return number
+        if not low <= value <= high:
+            unit = f" {self.unit}" if self.unit else ""
+            raise ValueError(f"{self.name}: expected a number in [{low:g}, {high:g}]{unit}, got {value!r}")
+        return value

@@ -9,11 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs._rate import median
+from ahrs_rs._typing import FloatArray
 
-FloatArray = NDArray[np.float64]
-
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
 #: Median norm of the specific force, m/s²: whoever carries a sensor is within it, whatever they do.
 ACC = (2.0, 50.0)
 #: 99 % quantile of the angular rate, rad/s (5730°/s: gyroscopes measure up to 4000°/s).

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ahrs_rs._typing import FloatArray
 
 #: A step (or a sum of steps) is usual within this part of the median.
 USUAL = 0.25
@@ -102,7 +101,7 @@ def nominal_rate(t: FloatArray) -> float:
     100.0
     """
     if not len(t) or not t[-1] > t[0]:
-        raise ValueError("rate: must be given, because t has no two different times")
+        raise ValueError("rate: expected a number, as t has no two different times, got None")
     durations, samples = unbroken(t)
     if durations.size * samples >= (len(t) - 1) // samples * samples:  # nothing is broken: the whole counts
         # From the first sample of one packet to the first of another: a part of a packet would count for nothing.

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from ahrs_rs import _quat, metrics
 from ahrs_rs._rate import nominal_rate
+from ahrs_rs._recording import Recording
 from ahrs_rs._streams import Stream
+from ahrs_rs._typing import FloatArray
 from ahrs_rs._warnings import DataWarning
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.io import read
-from ahrs_rs.recording import Recording
 
 __all__ = ["join_reference"]
 
-FloatArray = NDArray[np.float64]
 
 #: Angular rates are compared at this rate, Hz, and over this time, s: what optical systems and sensors both show.
 RATE, SPAN = 50.0, 0.1
@@ -45,11 +45,15 @@ def join_reference(
 
     Parameters
     ----------
-    recording : with a gyroscope.
-    other : a recording with `ref` (or else with `device_quat`, which is then taken for the truth), or a file of one. Of
-        a recording that has neither, ValueError.
-    offset : s, added to the times of the reference; None finds it. 0.0 for files of one clock.
-    options : keywords of `read`, where `other` is a file.
+    recording : Recording
+        With a gyroscope.
+    other : Recording, str, path-like or file object
+        A recording with `ref` (or else with `device_quat`, which is then taken for the truth), or a
+        file of one. Of a recording that has neither, ValueError.
+    offset : float, optional
+        S, added to the times of the reference; None finds it. 0.0 for files of one clock.
+    options : dict, optional
+        Keywords of `read`, where `other` is a file.
 
     Returns
     -------

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _quat
 from ahrs_rs._rate import nominal_rate
+from ahrs_rs._typing import FloatArray
 
 __all__ = ["Stream"]
 
-FloatArray = NDArray[np.float64]
 
 #: A step of a stream that is longer than so many usual ones is a gap, over which nothing is interpolated.
 GAP_STEPS = 2.5

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, digest, job
+from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._filter import Filter
-from ahrs_rs._frame import data_frame
 from ahrs_rs._progress import progress_count
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 
 __all__ = ["Sweep", "SweepInterrupted", "sweep"]
 
@@ -27,20 +27,39 @@ Grid = Mapping[str, ArrayLike] | Sequence[Mapping[str, Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep:
-    """Errors of parameter sets over recordings."""
+class Sweep(Table):
+    """Errors of parameter sets over recordings.
+
+    Parameters
+    ----------
+    filter : str
+        The name of the filter.
+    params : list of dict
+        What was given of each parameter set, P of them.
+    metric : str
+        What the errors are: the root mean square in degrees of "total", "heading" or "inclination",
+        or the name of a function.
+    errors : ndarray
+        (P, R), NaN where a recording has no sample that counts, and where `done` is False.
+    done : ndarray
+        (P, R), False where the sweep was interrupted before.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.sweep(ar.Madgwick, {"beta": [0.02, 0.05, 0.1]}, [rec])
+    >>> found.errors.shape
+    (3, 1)
+    >>> sorted(found.best)
+    ['beta']
+    """
 
     filter: str
-    """The name of the filter."""
     params: list[dict[str, Any]]
-    """What was given of each parameter set, P of them."""
     metric: str
-    """What the errors are: the root mean square in degrees of "total", "heading" or "inclination", or the name of a
-    function."""
     errors: NDArray[np.float64]
-    """(P, R), NaN where a recording has no sample that counts, and where `done` is False."""
     done: NDArray[np.bool_]
-    """(P, R), False where the sweep was interrupted before."""
 
     @property
     def mean(self) -> NDArray[np.float64]:
@@ -65,20 +84,39 @@ class Sweep:
         """A polars or pandas DataFrame, whichever is installed, a row an error.
 
         Columns: those of the parameters, then ``recording`` (index) and ``error`` (deg).
+
+        Returns
+        -------
+        polars.DataFrame or pandas.DataFrame
+            A row an error.
         """
+        return data_frame(self._columns())
+
+    def _columns(self) -> dict[str, Any]:
         sets, recordings = self.errors.shape
         columns: dict[str, Any] = {
             name: [one.get(name) for one in self.params for _ in range(recordings)] for name in _names(self.params)
         }
         columns["recording"] = np.tile(np.arange(recordings), sets)
         columns["error"] = self.errors.reshape(-1)
-        return data_frame(columns)
+        return columns
 
 
 class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; what was done is in `partial`, and ``sweep(..., resume=partial)`` goes on from it.
 
     With a checkpoint the same call goes on from there.
+
+    Parameters
+    ----------
+    partial : Sweep
+        What was done.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> issubclass(ar.SweepInterrupted, KeyboardInterrupt)
+    True
     """
 
     def __init__(self, partial: Sweep) -> None:
@@ -107,20 +145,37 @@ def sweep(
 
     Parameters
     ----------
-    filter : the class, of ``ar.FILTERS``
-    grid : a dict of values for each parameter, of which every combination is taken (the last parameter changes
-        fastest), or a list of dicts; what is not named has its default
-    recordings : each a `Recording` with `ref`, or a dict of its fields
-    metric : the error whose root mean square over the samples of ``mask`` is wanted, as in `metrics.score`:
-        ``"total"``, ``"heading"`` or ``"inclination"``, in degrees; or a function of an `Estimate` and a `Recording`
-    threads : by default as many as there are cores
-    progress : show a progress bar, if standard error is a terminal; or a function that is called with how many errors
-        are done and how many there are
-    dtype : ``float32`` or ``float64``, in which the filter computes
-    resume : a sweep that was interrupted: what it has is taken over
-    checkpoint : a file in which the errors are kept while they are computed, every second or so: the same call goes on
-        from it after whatever has ended the process. A function as metric is known by its name only
-    frame, declination, gyr_hold, repeated, gyr_range : as for the filter; `ref` stands in the same frame
+    filter : type
+        The class, of ``ar.FILTERS``.
+    grid : mapping or list of mapping
+        A dict of values for each parameter, of which every combination is taken (the last parameter
+        changes fastest), or a list of dicts; what is not named has its default.
+    recordings : iterable of Recording or mapping
+        Each a `Recording` with `ref`, or a dict of its fields.
+    metric : str or callable, optional
+        The error whose root mean square over the samples of ``mask`` is wanted, as in
+        `metrics.score`: ``"total"``, ``"heading"`` or ``"inclination"``, in degrees; or a function
+        of an `Estimate` and a `Recording`.
+    threads : int, optional
+        By default as many as there are cores.
+    progress : bool or callable, optional
+        Show a progress bar, if standard error is a terminal; or a function that is called with how
+        many errors are done and how many there are.
+    dtype : data-type, optional
+        ``float32`` or ``float64``, in which the filter computes.
+    resume : Sweep, optional
+        A sweep that was interrupted: what it has is taken over.
+    checkpoint : str or path-like, optional
+        A file in which the errors are kept while they are computed, every second or so: the same
+        call goes on from it after whatever has ended the process. A function as metric is known by
+        its name only.
+    frame, declination, gyr_hold, repeated, gyr_range : str, optional
+        As for the filter; `ref` stands in the same frame.
+
+    Returns
+    -------
+    Sweep
+        The errors, (P, R).
 
     Raises
     ------
@@ -129,7 +184,20 @@ def sweep(
         sweep.
     SweepInterrupted
         for Ctrl-C; nothing of what was done is lost.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.sweep(ar.Madgwick, {"beta": [0.02, 0.05, 0.1]}, [rec])
+    >>> found.errors.shape
+    (3, 1)
     """
+    require_class(filter)
+    if not isinstance(grid, Mapping) and any(isinstance(each, Recording) for each in grid):
+        raise TypeError(
+            "grid: expected a dict of values or a list of dicts, got recordings: sweep(filter, grid, recordings)"
+        )
     sets = parameter_sets(filter, grid)
     trials = checked(recordings, metric)
     name = metric if isinstance(metric, str) else getattr(metric, "__name__", "metric")
@@ -169,6 +237,16 @@ def sweep(
             raise SweepInterrupted(result) from None
         count(int(result.done.sum()))
     return result
+
+
+def require_class(filter: object) -> None:
+    """Raise a ``TypeError`` that says what to give, if the argument is not the class of a filter."""
+    if isinstance(filter, Filter):
+        name = type(filter).__name__
+        raise TypeError(f"filter: expected the class, as ar.{name}, got an instance: its parameters go into the grid")
+    if not (isinstance(filter, type) and issubclass(filter, Filter) and hasattr(filter, "NAME")):
+        got = getattr(filter, "__name__", type(filter).__name__)
+        raise TypeError(f"filter: expected a class of ar.FILTERS, as ar.Madgwick, got {got}")
 
 
 def parameter_sets(filter: type[Filter], grid: Grid) -> list[dict[str, Any]]:

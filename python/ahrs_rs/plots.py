@@ -6,7 +6,6 @@ no backend is chosen: the functions return a ``matplotlib.figure.Figure``, which
 
 from __future__ import annotations
 
-import importlib
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -17,8 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _atomic, metrics
+from ahrs_rs._optional import require
 from ahrs_rs._printable import in_figure
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ErrorPanel", "check_ending", "draw", "errors", "require_matplotlib", "save"]
 
-FloatArray = NDArray[np.float64]
 
 #: The rows of the figure: name -> the error in degrees.
 ERRORS = {
@@ -46,13 +46,14 @@ STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)))
 
 
 def require_matplotlib() -> None:
-    """Raise an ImportError that says what to install, where matplotlib is missing."""
-    try:
-        importlib.import_module("matplotlib")
-    except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
-            raise
-        raise ImportError("plots need matplotlib: pip install ahrs-rs[plot]") from error
+    """Raise an ImportError that says what to install, where matplotlib is missing.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.plots.require_matplotlib()
+    """
+    require("matplotlib", "plot", "plots need")
 
 
 class ErrorPanel:
@@ -60,13 +61,24 @@ class ErrorPanel:
 
     Parameters
     ----------
-    recording : with `ref`; its `mask` tells the samples that are not shaded.
-    title : what stands above the panel.
+    recording : Recording
+        With `ref`; its `mask` tells the samples that are not shaded.
+    title : str
+        What stands above the panel.
 
     Raises
     ------
     ValueError
         The recording has no reference or no samples.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> panel = ar.plots.ErrorPanel(rec, "walk")
+    >>> panel.add("truth", rec.ref)
+    >>> list(panel.curves)
+    ['truth']
     """
 
     def __init__(self, recording: Recording, title: str) -> None:
@@ -94,7 +106,17 @@ class ErrorPanel:
         return float(self.t[-1] - self.t[0]) / max(len(self.t) - 1, 1)
 
     def add(self, label: str, quat: ArrayLike, ref: ArrayLike | None = None) -> None:
-        """Errors of the orientations (T, 4) against another reference (T, 4) where one is given."""
+        """Errors of the orientations (T, 4) against another reference (T, 4) where one is given.
+
+        Parameters
+        ----------
+        label : str
+            Of the curve.
+        quat : array_like
+            (T, 4) the estimate.
+        ref : array_like, optional
+            (T, 4) another reference; by default that of the recording.
+        """
         truth = self._ref if ref is None else ref
         self.curves[label] = {name: self._thinned(error(quat, truth, degrees=True)) for name, error in ERRORS.items()}
 
@@ -113,9 +135,17 @@ def errors(recording: Recording, quats: Mapping[str, ArrayLike], title: str = ""
 
     Parameters
     ----------
-    recording : with `ref`.
-    quats : label -> orientations (T, 4), in the earth frame of the reference.
-    title : of the figure.
+    recording : Recording
+        With `ref`.
+    quats : mapping
+        Label -> orientations (T, 4), in the earth frame of the reference.
+    title : str, optional
+        Of the figure.
+
+    Returns
+    -------
+    Figure
+        Three rows of axes.
 
     Raises
     ------
@@ -123,6 +153,13 @@ def errors(recording: Recording, quats: Mapping[str, ArrayLike], title: str = ""
         matplotlib is not installed.
     ValueError
         No reference, no estimate, or a wrong shape.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> len(ar.plots.errors(rec, {"truth": rec.ref}).axes)
+    3
     """
     panel = ErrorPanel(recording, title)
     for label, quat in quats.items():
@@ -133,12 +170,33 @@ def errors(recording: Recording, quats: Mapping[str, ArrayLike], title: str = ""
 def draw(panels: Sequence[ErrorPanel], labels: Sequence[str]) -> Figure:
     """A figure with a column of axes for every panel and the curves of `labels` in their order.
 
+    Parameters
+    ----------
+    panels : sequence of ErrorPanel
+        From top to bottom.
+    labels : sequence of str
+        Of the curves, in the order of the legend.
+
+    Returns
+    -------
+    Figure
+        A panel below the other.
+
     Raises
     ------
     ImportError
         matplotlib is not installed.
     ValueError
         No panels or no labels.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> panel = ar.plots.ErrorPanel(rec, "walk")
+    >>> panel.add("truth", rec.ref)
+    >>> len(ar.plots.draw([panel], ["truth"]).axes)
+    3
     """
     if not panels or not labels:
         raise ValueError(f"expected panels and labels, got {len(panels)} panels and {len(labels)} labels")
@@ -202,7 +260,18 @@ def _scale(axes: Axes, panels: Sequence[ErrorPanel], labels: Sequence[str]) -> N
 
 
 def check_ending(path: str | os.PathLike[str]) -> None:
-    """Raise a ValueError where matplotlib has no format for the ending of the name."""
+    """Raise a ValueError where matplotlib has no format for the ending of the name.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Of a picture.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.plots.check_ending("errors.png")
+    """
     from matplotlib.backend_bases import FigureCanvasBase
 
     ending = Path(path).suffix.lower().removeprefix(".")
@@ -212,7 +281,26 @@ def check_ending(path: str | os.PathLike[str]) -> None:
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write the figure in the format that the ending of the name tells; ValueError for another ending."""
+    """Write the figure in the format that the ending of the name tells; ValueError for another ending.
+
+    Parameters
+    ----------
+    figure : Figure
+        From `draw` or `errors`.
+    path : str or path-like
+        The ending tells the format.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> with TemporaryDirectory() as folder:
+    ...     ar.plots.save(ar.plots.errors(rec, {"truth": rec.ref}), Path(folder, "errors.png"))
+    ...     Path(folder, "errors.png").exists()
+    True
+    """
     check_ending(path)
     with _atomic.replacing(path) as beside, warnings.catch_warnings():
         # A letter of a name that the font lacks is drawn as a box.

@@ -12,7 +12,6 @@ runs forward and backward, for recordings only.
 
 from __future__ import annotations
 
-import importlib
 import math
 import threading
 from collections.abc import Sequence
@@ -23,10 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ahrs_rs import _native, _stored
+from ahrs_rs._optional import require
+from ahrs_rs._typing import Floats
 
 __all__ = ["LowPass", "LowPassState", "low_pass", "zero_phase"]
 
-Floats: TypeAlias = NDArray[np.floating[Any]]
 Snapshots: TypeAlias = list[tuple[list[float], float | None]]
 
 #: The highest order of a Butterworth filter here.
@@ -41,10 +41,34 @@ class LowPassState:
 
     It can be pickled, and goes through JSON by `to_json` and `from_json`; whatever way it comes, it is checked.
 
+    Parameters
+    ----------
+    order : int
+        Of the derivative; 0: the value.
+    cutoff : float
+        Hz.
+    dtype : str
+        ``"float32"`` or ``"float64"``.
+    shape : tuple of int
+        Of one sample: () or (C,).
+    snapshots : tuple of tuple of tuple of float
+        Of each recording, variables and the last stamp in s where stamps were given.
+    version : int, optional
+        Of the format; states of another one are refused.
+
     Raises
     ------
     ValueError
         A value of a wrong type, one that is not finite in the dtype, another version of the format.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> f = ar.signal.LowPass(2, 5.0, 100.0)
+    >>> y = f.update(1.0)
+    >>> ar.signal.LowPassState.from_json(f.state().to_json()) == f.state()
+    True
     """
 
     VERSION: ClassVar[int] = 1
@@ -53,13 +77,9 @@ class LowPassState:
     order: int
     cutoff: float
     dtype: str
-    """``"float32"`` or ``"float64"``."""
     shape: tuple[int, ...]
-    """Of one sample: () or (C,)."""
     snapshots: tuple[tuple[tuple[float, ...], float | None], ...]
-    """Of each recording, variables and the last stamp in s where stamps were given."""
     version: int = VERSION
-    """Of the format; states of another one are refused."""
 
     def __post_init__(self) -> None:
         _stored.check_version(self.VERSION, self.version)
@@ -90,13 +110,30 @@ class LowPassState:
         _stored.check_version(self.VERSION, None)
 
     def to_json(self) -> str:
-        """The state as a line of JSON, from which `from_json` makes the same state, bit for bit."""
+        """The state as a line of JSON, from which `from_json` makes the same state, bit for bit.
+
+        Returns
+        -------
+        str
+            One line.
+        """
         names = ("order", "cutoff", "dtype", "shape", "snapshots")
         return _stored.to_json(LOW_PASS_FORMAT, self.version, {name: getattr(self, name) for name in names})
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
-        """The state that `to_json` wrote; ``ValueError`` where the text is none, or one of another version."""
+        """The state that `to_json` wrote; ``ValueError`` where the text is none, or one of another version.
+
+        Parameters
+        ----------
+        text : str or bytes
+            What `to_json` gave.
+
+        Returns
+        -------
+        LowPassState
+            The same state.
+        """
         names = ("order", "cutoff", "dtype", "shape", "snapshots")
         return cls(**_stored.from_json(text, LOW_PASS_FORMAT, cls.VERSION, names))
 
@@ -112,15 +149,27 @@ class LowPass:
 
     Parameters
     ----------
-    order : 1 to 8. Every order takes 20 dB a decade more, and delays more.
-    cutoff : Hz, where the gain is −3 dB.
-    rate : Hz, for samples without stamps.
-    dtype : of `update`; `run` computes in float32 where the array is float32, else in float64.
+    order : int
+        1 to 8. Every order takes 20 dB a decade more, and delays more.
+    cutoff : float
+        Hz, where the gain is −3 dB.
+    rate : float, optional
+        Hz, for samples without stamps.
+    dtype : data-type, optional
+        Of `update`; `run` computes in float32 where the array is float32, else in float64.
 
     Raises
     ------
     ValueError
         An order, cutoff or rate that is not allowed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> f = ar.signal.LowPass(2, 5.0, 100.0)
+    >>> f.run(np.ones(4))
+    array([1., 1., 1., 1.])
     """
 
     def __init__(self, order: int, cutoff: float, rate: float | None = None, *, dtype: DTypeLike = np.float64) -> None:
@@ -166,10 +215,14 @@ class LowPass:
 
         Parameters
         ----------
-        x : (T,), or (T, C) for C channels, or (N, T, C) for N recordings.
-        t : (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no `rate`.
-        state : go on from where another run, or `update`, has ended. Two runs give the bits of one.
-        return_state : also return the state after the last sample.
+        x : array_like
+            (T,), or (T, C) for C channels, or (N, T, C) for N recordings.
+        t : array_like, optional
+            (T,) or (N, T), stamps in s that do not decrease; needed where the filter has no `rate`.
+        state : LowPassState, optional
+            Go on from where another run, or `update`, has ended. Two runs give the bits of one.
+        return_state : bool, optional
+            Also return the state after the last sample.
 
         Returns
         -------
@@ -195,6 +248,18 @@ class LowPass:
         """Take the next sample, a number or (C,), and return the filtered one.
 
         `dt` is the time since the last one in s (default: 1/rate).
+
+        Parameters
+        ----------
+        x : array_like
+            A number or (C,).
+        dt : float, optional
+            Step in s; by default 1 / rate.
+
+        Returns
+        -------
+        ndarray
+            The filtered sample, of the same shape.
         """
         sample = np.asarray(x, dtype=self.dtype)
         if sample.ndim > 1:
@@ -225,11 +290,23 @@ class LowPass:
             self._state = None
 
     def state(self) -> LowPassState | None:
-        """A snapshot of the streaming state, None before the first sample; for `restore` and ``run(state=...)``."""
+        """A snapshot of the streaming state, None before the first sample; for `restore` and ``run(state=...)``.
+
+        Returns
+        -------
+        LowPassState, optional
+            For `restore` and ``run(state=...)``.
+        """
         return self._state
 
     def restore(self, state: LowPassState | None) -> None:
-        """Go back to a snapshot; ``ValueError`` if it is of another filter or of many recordings."""
+        """Go back to a snapshot; ``ValueError`` if it is of another filter or of many recordings.
+
+        Parameters
+        ----------
+        state : LowPassState, optional
+            Of a filter of the same settings; None: before the first sample.
+        """
         if state is not None:
             self._check(state, self.dtype.name, state.shape)
             if len(state.snapshots) != 1:
@@ -238,7 +315,13 @@ class LowPass:
             self._state = state
 
     def copy(self) -> Self:
-        """A filter with the same settings and the same streaming state that goes its own way."""
+        """A filter with the same settings and the same streaming state that goes its own way.
+
+        Returns
+        -------
+        LowPass
+            It goes its own way.
+        """
         twin = type(self)(self.order, self.cutoff, self.rate, dtype=self.dtype)
         twin._state = self._state
         return twin
@@ -282,11 +365,28 @@ def low_pass(
 
     Parameters
     ----------
-    x : (T,), (T, C) or (N, T, C).
-    cutoff : Hz, where the gain is −3 dB.
-    rate : Hz; or `t`.
-    order : 1 to 8 (Parikh et al. 2021 use 4).
-    t : (T,) or (N, T), stamps in s.
+    x : array_like
+        (T,), (T, C) or (N, T, C).
+    cutoff : float
+        Hz, where the gain is −3 dB.
+    rate : float, optional
+        Hz; or `t`.
+    order : int, optional
+        1 to 8 (Parikh et al. 2021 use 4).
+    t : array_like, optional
+        (T,) or (N, T), stamps in s.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of x.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.signal.low_pass(np.ones(4), 5.0, 100.0)
+    array([1., 1., 1., 1.])
     """
     return LowPass(order, cutoff, rate).run(x, t)
 
@@ -300,10 +400,19 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
 
     Parameters
     ----------
-    x : (T,), (T, C) or (N, T, C), at a constant rate. A row with a NaN is no measurement.
-    cutoff : Hz, below half of `rate`.
-    rate : Hz.
-    order : 1 to 8, of the filter that is run twice.
+    x : array_like
+        (T,), (T, C) or (N, T, C), at a constant rate. A row with a NaN is no measurement.
+    cutoff : float
+        Hz, below half of `rate`.
+    rate : float
+        Hz.
+    order : int, optional
+        1 to 8, of the filter that is run twice.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of x.
 
     Raises
     ------
@@ -311,6 +420,13 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
         scipy is not installed.
     ValueError
         A wrong shape, infinite values, no row that is a measurement, or numbers that are not allowed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> ar.signal.zero_phase(np.ones(40), 5.0, 100.0)[:2].round(6)
+    array([1., 1.])
     """
     order, cutoff, rate = _order(order), _frequency("cutoff", cutoff), _frequency("rate", rate)
     if not cutoff < 0.5 * rate:
@@ -323,7 +439,7 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
         raise ValueError(f"x: expected shape (T,), (T, C) or (N, T, C), got {values.shape}")
     if np.isinf(values).any():
         raise ValueError("x: expected finite values or NaN (missing), got an infinite value")
-    design = _scipy_signal()
+    design = require("scipy.signal", "scipy", "zero_phase needs")
     sections = design.butter(order, cutoff, fs=rate, output="sos")
     recordings = values if values.ndim == 3 else values.reshape(1, len(values), -1)
     for recording in recordings:  # views: the copy is changed in place
@@ -339,15 +455,6 @@ def zero_phase(x: ArrayLike, cutoff: float, rate: float, order: int = 4) -> NDAr
         recording[:] = design.sosfiltfilt(sections, recording, axis=0, padlen=length)
         recording[gaps] = np.nan
     return values
-
-
-def _scipy_signal() -> Any:
-    try:
-        return importlib.import_module("scipy.signal")
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "scipy":
-            raise
-        raise ImportError("zero_phase needs scipy: pip install ahrs-rs[calibration]") from error
 
 
 def _order(order: object) -> int:

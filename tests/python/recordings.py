@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 
 
 def recording(count: int = 50, seed: int = 0) -> Recording:

@@ -226,7 +226,7 @@ def test_apply_takes_other_times_and_any_shape_where_there_is_no_offset() -> Non
         ({"q": np.full((3, 5, 4), 0.5)}, r"expected shape \(T, 4\) for both"),
         ({"earth": "flat"}, "earth: expected one of full, heading, none"),
         ({"largest_offset": 0.0}, "largest_offset: expected a positive number"),
-        ({"rate": None}, "t, rate: one of them must be given"),
+        ({"rate": None}, "t: expected stamps, or rate"),
         ({"rate": -1.0}, "rate: expected a positive number"),
         ({"rate": None, "t": np.zeros(3)}, "t: expected shape"),
         ({"mask": np.arange(3000) < 5}, "expected at least 10 samples with an estimate and a reference, got 5"),

@@ -204,7 +204,7 @@ def test_saving_one_sensor_keeps_the_others(tmp_path: Path) -> None:
     TABLE_4_ACC.save(path, "acc")
     assert Calibration.load(path, "mag") == WRITTEN_MAG
     assert TemperatureCalibration.load(path, "acc") == TABLE_4_ACC
-    with pytest.raises(ValueError, match=r"sensor: must be named, because .* holds acc, mag"):
+    with pytest.raises(ValueError, match=r"sensor: expected a name, as .* holds acc, mag"):
         Calibration.load(path)
     with pytest.raises(ValueError, match="calibrated over the temperature"):
         Calibration.load(path, "acc")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from ahrs_rs.cli import compare as compare_module
+from ahrs_rs.cli import _compare as compare_module
 from ahrs_rs.cli import main
 from commands import Capture, error_of, saved, without
 
@@ -32,10 +32,10 @@ filters tilted => unknown filter 'tilted' (did you mean Tilt?)
 run FILE --filter madgwick --set beta => --set: expected NAME=VALUE, got 'beta'
 run FILE --filter madgwick --set bet=1 => no parameter 'bet' (did you mean beta?)
 run FILE --filter tilt --set beta=1 => Tilt has no parameter 'beta'; there are none
-run FILE --filter madgwick --set beta=x => Madgwick: beta must be a number, got 'x'
-run FILE --filter madgwick --set beta=nan => beta must be in [0, 1e+06] rad/s
-run FILE --filter madgwick --set beta=-1 => beta must be in [0, 1e+06] rad/s
-run FILE --filter madgwick --set gradient=x => gradient must be one of 'tangent'
+run FILE --filter madgwick --set beta=x => Madgwick.beta: expected a number, got 'x'
+run FILE --filter madgwick --set beta=nan => beta: expected a number in [0, 1e+06] rad/s
+run FILE --filter madgwick --set beta=-1 => beta: expected a number in [0, 1e+06] rad/s
+run FILE --filter madgwick --set gradient=x => gradient: expected one of 'tangent'
 run FILE --filter mahony --preset parikh => (did you mean parikh2021?); it has
 run FILE --filter tilt --preset parikh2021 => it has none
 run FILE --filter tilt --rate 0 => --rate: expected a positive number, got '0'

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import ahrs_rs as ar
-from ahrs_rs.cli import filters as filters_module
+from ahrs_rs.cli import _filters as filters_module
 from commands import EVERY_FILTER, Capture, output_of, without
 
 

@@ -151,7 +151,7 @@ def test_what_a_report_shows_ends_no_element_of_its_page(tmp_path: Path, monkeyp
     study = Study("x", hostile, hostile, tables=[Table(hostile, [hostile], [[hostile]], note=hostile)], claims=[],
                   plots=[Plot(hostile, [{"name": hostile}], {})])  # fmt: skip
     monkeypatch.setattr(_report, "require_plotly", lambda: SimpleNamespace(get_plotlyjs=lambda: ""))
-    _report.write([study], tmp_path, 0, [hostile])
+    _report.write_report([study], tmp_path, 0, [hostile])
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert hostile not in page
     assert page.count("<script") == page.count("</script>") == _report.PAGE.count("<script")

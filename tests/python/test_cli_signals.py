@@ -23,7 +23,7 @@ EVERY_SIGNAL = pytest.mark.parametrize("number", WORDS, ids=lambda number: numbe
 PROGRAM = """
 import sys, time
 from pathlib import Path
-import ahrs_rs.cli.run as run
+import ahrs_rs.cli._run as run
 from ahrs_rs import _atomic
 from ahrs_rs.cli import main
 

@@ -192,6 +192,8 @@ def test_to_frame_is_a_table_of_whichever_package_there_is(package: str, monkeyp
         monkeypatch.setitem(sys.modules, "polars", None)
     est = of_run(outputs=("innovation",))
     table = est.to_frame()
+    named = est.to_pandas() if package == "pandas" else est.to_polars()
+    assert named.equals(table)
     assert isinstance(table, pl.DataFrame if package == "polars" else pd.DataFrame)
     assert list(table.columns) == [*COLUMNS, *(f"innovation_{i}" for i in range(3)), "status"]
     expected = np.column_stack((est.t, est.quat, est.euler(), est.gyr_bias, est.extra["innovation"], est.status))
@@ -213,6 +215,10 @@ def test_to_frame_without_a_package_says_what_to_install(monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"pip install ahrs-rs\[io\]"):
         of_run().to_frame()
+    with pytest.raises(ImportError, match=r"to_pandas needs pandas: pip install ahrs-rs\[io\]"):
+        of_run().to_pandas()
+    with pytest.raises(ImportError, match="to_polars needs polars: pip install polars"):
+        of_run().to_polars()
 
 
 # Further outputs.

@@ -291,18 +291,18 @@ def test_in_a_gap_the_feedback_does_not_pass_the_error() -> None:
 @pytest.mark.parametrize("value", [-1.0, -1e-300, math.nan, math.inf])
 @pytest.mark.parametrize("name", [name for name, spec in ar.Fusion.PARAMS.items() if spec.options is None])
 def test_no_time_and_no_threshold_is_negative_or_not_finite(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=rf"^{name} must be in \[.*\] (s|rad/s|°|°/s), got"):
+    with pytest.raises(ValueError, match=rf"^{name}: expected a number in \[.*\] (s|rad/s|°|°/s), got"):
         ar.Fusion(**{name: value})
 
 
 def test_a_threshold_of_zero_is_refused_where_it_does_not_mean_none() -> None:
-    with pytest.raises(ValueError, match=r"^stationary_threshold must be in \[1e-06, 1e\+06\] °/s, got 0.0"):
+    with pytest.raises(ValueError, match=r"^stationary_threshold: expected a number in \[1e-06, 1e\+06\] °/s, got 0.0"):
         ar.Fusion(stationary_threshold=0.0)
 
 
 @pytest.mark.parametrize("value", [0, 1, 1.0, "True", None, np.ones(1, bool)], ids=repr)
 def test_a_switch_is_true_or_false(value: object) -> None:
-    with pytest.raises(ValueError, match=r"^bias must be one of False, True, got"):
+    with pytest.raises(ValueError, match=r"^bias: expected one of False, True, got"):
         ar.Fusion(bias=value)  # type: ignore[arg-type]
 
 

@@ -286,14 +286,14 @@ def test_no_parameter_is_negative_or_not_finite(name: str, value: float) -> None
     numbers = [key for key, spec in cls.PARAMS.items() if spec.options is None]
     assert set(NOISE[name] + POSITIVE[name]) <= set(numbers)
     for key in numbers:
-        with pytest.raises(ValueError, match=rf"^{key} must be in"):
+        with pytest.raises(ValueError, match=rf"^{key}: expected a number in"):
             cls(**{key: value})
 
 
 @pytest.mark.parametrize("name", KALMAN_NAMES)
 def test_a_noise_of_zero_is_refused(name: str) -> None:
     for key in NOISE[name] + POSITIVE[name]:
-        with pytest.raises(ValueError, match=rf"^{key} must be in"):
+        with pytest.raises(ValueError, match=rf"^{key}: expected a number in"):
             ar.FILTERS[name](**{key: 0.0})
 
 

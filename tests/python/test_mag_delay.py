@@ -89,7 +89,7 @@ def test_a_sweep_over_delays_gives_the_errors_of_each(cls: type[ar.Filter]) -> N
 @EVERY_DELAYED
 def test_a_delay_is_refused_where_it_is_negative_or_long(cls: type[ar.Filter]) -> None:
     for delay in (-0.01, 1.5, float("nan")):
-        with pytest.raises(ValueError, match=r"mag_delay must be in \[0, 1\] s, got"):
+        with pytest.raises(ValueError, match=r"mag_delay: expected a number in \[0, 1\] s, got"):
             cls(rate=100.0, mag_delay=delay)  # type: ignore[call-arg]
 
 

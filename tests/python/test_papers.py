@@ -17,8 +17,8 @@ import pytest
 
 import ahrs_rs as ar
 from ahrs_rs import papers
-from ahrs_rs.papers import STUDIES, Claim, Plot, Study, Table, Verdict, parikh2021
-from ahrs_rs.papers._report import write
+from ahrs_rs.papers import STUDIES, Claim, Plot, Study, Table, Verdict, _parikh2021
+from ahrs_rs.papers._report import write_report
 from ahrs_rs.papers._study import band, boxes, lines, radar
 from ahrs_rs.papers._text import claims, claims_with_numbers, comma_separated, markdown, plain
 from commands import Capture, error_of, output_of, without
@@ -95,7 +95,7 @@ def test_spokes_of_a_spider_chart_are_scaled_by_the_largest() -> None:
 
 
 def test_the_report_is_one_file_and_has_every_table(tmp_path: Path) -> None:
-    written = write([made_up()], tmp_path / "out", seed=7, recordings=["a.hdf5"])
+    written = write_report([made_up()], tmp_path / "out", seed=7, recordings=["a.hdf5"])
     assert [path.name for path in written] == ["report.html", "made_up_1.csv", "made_up_2.csv", "claims.csv"]
     page = written[0].read_text(encoding="utf-8")
     assert not re.search(r"<(?:script|link|img)[^>]*(?:src|href)=", page)
@@ -107,7 +107,7 @@ def test_the_report_is_one_file_and_has_every_table(tmp_path: Path) -> None:
     assert figures is not None
     assert len(json.loads(figures[1])) == 4
     # Once more: the same bytes.
-    write([made_up()], tmp_path / "again", seed=7, recordings=["a.hdf5"])
+    write_report([made_up()], tmp_path / "again", seed=7, recordings=["a.hdf5"])
     for path in written:
         assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes()
 
@@ -139,13 +139,13 @@ needs_browser = pytest.mark.skipif(BROWSER is None, reason="no browser (make bro
 
 @needs_browser
 def test_a_browser_draws_every_kind_of_plot(tmp_path: Path) -> None:
-    (report, *_) = write([made_up()], tmp_path, seed=0, recordings=[])
+    (report, *_) = write_report([made_up()], tmp_path, seed=0, recordings=[])
     assert drawn(report) == {"plots": 4, "drawn": 4, "containers": 4, "errors": []}
 
 
 @needs_browser
 def test_a_browser_draws_every_plot_of_the_papers(studies: dict[str, Study], tmp_path: Path) -> None:
-    (report, *_) = write(list(studies.values()), tmp_path, seed=0, recordings=[])
+    (report, *_) = write_report(list(studies.values()), tmp_path, seed=0, recordings=[])
     count = sum(len(one.plots) for one in studies.values())
     assert count > 20
     assert drawn(report) == {"plots": count, "drawn": count, "containers": count, "errors": []}
@@ -158,7 +158,7 @@ def test_a_page_that_goes_wrong_is_seen(tmp_path: Path) -> None:
     broken = Study(
         study.name, study.title, study.protocol, [], [], [Plot("Broken", [{"type": "scatter"}], {"xaxis": 3})]
     )
-    (report, *_) = write([broken], tmp_path, seed=0, recordings=[])
+    (report, *_) = write_report([broken], tmp_path, seed=0, recordings=[])
     text = report.read_text(encoding="utf-8").replace("figures.forEach", "nothing.forEach")
     report.write_text(text, encoding="utf-8")
     found = drawn(report)
@@ -222,23 +222,23 @@ def test_a_real_recording_is_judged_too(broad: list[ar.Recording]) -> None:
 
 def test_adaptive_gains_are_studied_where_the_filters_have_a_threshold(monkeypatch: pytest.MonkeyPatch) -> None:
     """The paper's future work, tried with another parameter of a filter in the threshold's place."""
-    cases = {name: group[:1] for name, group in parikh2021.simulated_cases(0).items()}
+    cases = {name: group[:1] for name, group in _parikh2021.simulated_cases(0).items()}
     params = {"Madgwick": {"beta": 0.01}}
-    if not parikh2021.adaptive():
-        assert parikh2021.threshold_gains(params, cases, {}, {}) == ([], [])
-        monkeypatch.setattr(parikh2021, "ADAPTIVE", "zeta")
-    (table,), (claim,) = parikh2021.threshold_gains(params, cases, {}, {})
-    assert len(table.rows) == len(cases) * len(parikh2021.adaptive())
+    if not _parikh2021.adaptive():
+        assert _parikh2021.threshold_gains(params, cases, {}, {}) == ([], [])
+        monkeypatch.setattr(_parikh2021, "ADAPTIVE", "zeta")
+    (table,), (claim,) = _parikh2021.threshold_gains(params, cases, {}, {})
+    assert len(table.rows) == len(cases) * len(_parikh2021.adaptive())
     assert claim.simulated is not None
     assert claim.real is None
-    again = parikh2021.threshold_gains(params, cases, params, cases)
+    again = _parikh2021.threshold_gains(params, cases, params, cases)
     assert len(again[0][0].rows) == 2 * len(table.rows)
     assert again[1][0].real == claim.simulated
 
 
 def test_the_bias_variances_are_where_the_study_looks_for_them() -> None:
     """Fig 10 reads the state's variables; three initial deviations would be one and the same elsewhere."""
-    from ahrs_rs.papers.hyyti2015 import VARIANCES
+    from ahrs_rs.papers._hyyti2015 import VARIANCES
 
     f = ar.FILTERS["DcmImu"](rate=100.0, **{"initial_bias": 0.123})
     f.update([0.0, 0.0, 0.0], [0.0, 0.0, 9.8])

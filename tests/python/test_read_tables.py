@@ -249,7 +249,7 @@ def test_infinite_values_become_nan_and_are_told(tmp_path: Path) -> None:
         ("t,gx,gy,gz,mask\n0,1,2,3,maybe\n", "column 'mask': expected true and false or 1 and 0"),
         ("\n\n \n", "is of no known format"),
         ("t,gx,gy,gz\n0,1,2,3\n\0\0\0\0", "is of no known format"),
-        ("t,gx,gy,gz\n0,1,2,3\n", "rate: must be given"),
+        ("t,gx,gy,gz\n0,1,2,3\n", "rate: expected a number"),
         ("t,gx,gy,gz\n,1,2,3\n,1,2,3\n", "t: expected at least two valid times, got 0"),
         ("t,gx,gy,gz\n3,1,2,3\n2,1,2,3\n", "t: expected times that increase"),
     ],

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ahrs_rs._recording import Recording
 from ahrs_rs.io import read
-from ahrs_rs.recording import Recording
 
 #: Every repair is told as a warning; test_read_told.py has their tests.
 pytestmark = pytest.mark.filterwarnings("ignore::ahrs_rs.DataWarning")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ahrs_rs._recording import Recording
 from ahrs_rs.io import read
-from ahrs_rs.recording import Recording
 from recordings import recording
 
 
@@ -34,7 +34,7 @@ def test_recording_takes_its_rate_from_its_parts_without_a_gap() -> None:
             "t: expected times that do not decrease, got a decrease at index 2",
         ),
         ({"t": [0.0, 0.1, np.nan, 0.2, 0.3]}, "t: expected finite times, got nan at index 2"),
-        ({"t": np.zeros(5)}, "rate: must be given"),
+        ({"t": np.zeros(5)}, "rate: expected a number"),
         ({"rate": -1.0}, "rate: expected a positive number of Hz, got -1.0"),
         ({"rate": np.inf}, "rate: expected a positive number of Hz, got inf"),
         ({"mask": np.full(5, 2)}, "mask: expected an array of bool"),

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ahrs_rs import metrics, simulate
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 
 
 @pytest.fixture(scope="module")

@@ -237,7 +237,7 @@ def test_every_scenario_can_be_written(name: str, capsys: Capture, tmp_path: Pat
         ("--scenario demo -o a.csv", "-o: expected a name that ends in .npz, got 'a.csv'"),
         ("--scenario demo -o nowhere/a.npz", "there is no directory"),
         ("--scenario static -o a.npz --set rol=1", "static has no parameter 'rol' (did you mean roll?)"),
-        ("--scenario static -o a.npz --set roll=up", "static: roll must be a number, got 'up'"),
+        ("--scenario static -o a.npz --set roll=up", "static.roll: expected a number, got 'up'"),
         ("--scenario walking -o a.npz --set place=knee", "place: expected 'pelvis' or 'foot'"),
         ("--scenario demo -o a.npz --seed -1", "seed: expected an integer that is not negative"),
         ("--scenario demo -o a.npz --remaining 2", "remaining: expected a finite number from 0 to 1"),

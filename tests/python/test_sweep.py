@@ -96,6 +96,8 @@ def test_the_best_is_the_smallest_mean_and_the_smallest_of_each() -> None:
 def test_a_frame_has_a_row_for_each_error() -> None:
     found = ar.sweep(ar.Madgwick, {"beta": [0.1, 0.2]}, recordings())
     frame = found.to_frame()
+    assert found.to_polars().equals(frame)
+    assert list(found.to_pandas()["error"]) == frame["error"].to_list()
     assert frame.columns == ["beta", "recording", "error"]
     assert frame["error"].to_list() == found.errors.reshape(-1).tolist()
     assert frame["recording"].to_list() == [0, 1, 2, 0, 1, 2]
@@ -187,7 +189,7 @@ def test_an_interrupted_run_does_not_go_on_to_its_end() -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"grid": {"beta": [-1.0]}}, "beta must be in"),
+        ({"grid": {"beta": [-1.0]}}, "beta: expected a number in"),
         ({"grid": {"gain": [1.0]}}, "Madgwick has no parameter 'gain'"),
         ({"metric": "speed"}, "metric: expected one of"),
         ({"recordings": [{"t": [0.0], "gyr": [[0.0, 0.0, 0.0]], "rate": 1.0}]}, "recording 0: expected ref"),

@@ -217,20 +217,20 @@ SIGMAS = ["bias_sigma_init", "bias_sigma_motion", "bias_sigma_rest", "mag_reject
 @pytest.mark.parametrize("key", TIMES)
 @pytest.mark.parametrize("value", [-1.0, -1e-9, math.nan, math.inf])
 def test_times_are_not_negative(key: str, value: float) -> None:
-    with pytest.raises(ValueError, match=f"^{key} must be in"):
+    with pytest.raises(ValueError, match=f"^{key}: expected a number in"):
         ar.VQF(**{key: value})
 
 
 @pytest.mark.parametrize("key", THRESHOLDS + SIGMAS)
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
 def test_thresholds_are_positive(key: str, value: float) -> None:
-    with pytest.raises(ValueError, match=f"^{key} must be in"):
+    with pytest.raises(ValueError, match=f"^{key}: expected a number in"):
         ar.VQF(**{key: value})
 
 
 @pytest.mark.parametrize("value", [1, 0.0, "True", None, np.ones(1), [True]])
 def test_a_switch_is_true_or_false(value: object) -> None:
-    with pytest.raises(ValueError, match=r"^rest_bias_est_enabled must be one of False, True, got"):
+    with pytest.raises(ValueError, match=r"^rest_bias_est_enabled: expected one of False, True, got"):
         ar.VQF(rest_bias_est_enabled=value)
     assert ar.VQF(rest_bias_est_enabled=np.False_).params["rest_bias_est_enabled"] is False
     assert ar.VQF().rest_bias_est_enabled is True

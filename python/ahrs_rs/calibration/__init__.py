@@ -15,18 +15,19 @@ accelerometer that was held still; `gyroscope` bias and gain from rests and know
 what is known of a sensor, applies it to recordings, and is saved as cal.json, as Rust and as a C header.
 """
 
-from ahrs_rs.calibration.allan import Allan, Coefficient, allan, allan_deviation
-from ahrs_rs.calibration.noise import Noise, SensorNoise, noise
-from ahrs_rs.calibration.rest import GyroscopeBias, Rest, find_rest, gyroscope_bias
-
-from ._common import GRAVITY, CalibrationError, CalibrationWarning
-from .ellipsoid import EllipsoidFit, accelerometer, ellipsoid, magnetometer
-from .file import Calibrations, load
-from .gyroscope import GyroscopeFit, Turn, gyroscope, gyroscope_from_reference
-from .mag_delay import MagDelay, mag_delay
-from .model import Calibration, TemperatureCalibration
-from .positions import PositionsFit, held_attitudes, six_positions
-from .temperature import two_temperatures, warm_up_accelerometer, warm_up_gyroscope
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs.calibration._allan import Allan, Coefficient, allan, allan_deviation
+from ahrs_rs.calibration._calibrations import Calibrations, load
+from ahrs_rs.calibration._common import CalibrationError, CalibrationWarning
+from ahrs_rs.calibration._ellipsoid import EllipsoidFit, accelerometer, ellipsoid, magnetometer
+from ahrs_rs.calibration._gyroscope import GyroscopeFit, Turn, gyroscope, gyroscope_from_reference
+from ahrs_rs.calibration._mag_delay import MagDelay, mag_delay
+from ahrs_rs.calibration._model import Calibration, TemperatureCalibration
+from ahrs_rs.calibration._noise import Noise, SensorNoise, noise
+from ahrs_rs.calibration._positions import PositionsFit, held_attitudes, six_positions
+from ahrs_rs.calibration._rest import GyroscopeBias, Rest, find_rest, gyroscope_bias
+from ahrs_rs.calibration._temperature import two_temperatures, warm_up_accelerometer, warm_up_gyroscope
+from ahrs_rs.calibration._windows import gyroscope_rests
 
 __all__ = [
     "GRAVITY",
@@ -54,6 +55,7 @@ __all__ = [
     "gyroscope",
     "gyroscope_bias",
     "gyroscope_from_reference",
+    "gyroscope_rests",
     "held_attitudes",
     "load",
     "mag_delay",

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray: TypeAlias = NDArray[np.float64]
+from ahrs_rs._typing import FloatArray
 
-#: Standard gravity, m/s².
-GRAVITY = 9.80665
 AXES = "xyz"
 
 
 class CalibrationError(ValueError):
-    """The data cannot determine what is asked for; the message says what to record."""
+    """The data cannot determine what is asked for; the message says what to record.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> issubclass(ar.calibration.CalibrationError, ValueError)
+    True
+    """
 
 
 class CalibrationWarning(UserWarning):
-    """A calibration that was computed, and that should be looked at."""
+    """A calibration that was computed, and that should be looked at.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> issubclass(ar.calibration.CalibrationWarning, UserWarning)
+    True
+    """
 
 
 def readings(name: str, value: ArrayLike) -> tuple[FloatArray, NDArray[np.bool_]]:

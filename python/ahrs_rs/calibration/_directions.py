@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _ellipsoid, _linear
-from ._common import AXES, CalibrationError, FloatArray
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.calibration import _ellipsoid_fit, _linear
+from ahrs_rs.calibration._common import AXES, CalibrationError
 
 #: Cells of equal area: bands of equal height (Archimedes) times sectors.
 BANDS, SECTORS = 6, 12
@@ -49,7 +50,7 @@ def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
     few = ""
     if parameters == 9:
         try:
-            _ellipsoid.fit(x, 6, motion)
+            _ellipsoid_fit.fit(x, 6, motion)
             few = "; parameters=6 would do with these"
         except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
             pass

@@ -1,311 +1,452 @@
-"""The numbers behind ellipsoid calibration: ‖A (x − b)‖ = 1 with A symmetric and positive definite.
-
-Three steps. The start: the linear least squares of Cirillo et al. (eqs 2-6) on random small samples of the data; the
-one whose median distance is the smallest is taken (least median of squares), so that up to a third of the readings may
-be anything. Readings count there by the area that they stand for: a sensor that lay still half of the time has shown
-one point of the ellipsoid, through which many ellipsoids pass. The refinement: Gauss-Newton on the residuals
-ρ (‖A (x − b)‖ − 1), ρ = det(A)^(-1/3) the mean radius, of all readings within `CUT` robust standard deviations (from
-the median of the absolute residuals), until neither parameters nor selection change. (Without ρ residuals would be
-relative to the size, and a part of the sphere best fitted by an ellipsoid that is too large.) The uncertainty: the
-sandwich H⁻¹ (Σ r² J Jᵀ) H⁻¹, which asks for no law of the noise, times the correlation time of the residuals.
-
-Arrays of readings stand as (3, n) here: a row an axis.
-"""
+"""Magnetometers and accelerometers by the ellipsoid that their readings lie on: 6 or 9 parameters."""
 
 from __future__ import annotations
 
+import math
+import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._common import FloatArray
-from ._linear import PAIRS, NoEllipsoidError, areas, quantile, robust_start
-from ._sums import gradient, mean_radius, normal_equations, residuals, symmetric
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.calibration import _directions, _ellipsoid_fit, _linear, _sums, _windows
+from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, positive, readings
+from ahrs_rs.calibration._model import Calibration
 
-BoolArray = NDArray[np.bool_]
+__all__ = ["EllipsoidFit", "accelerometer", "ellipsoid", "magnetometer"]
 
-#: Readings farther from the ellipsoid than so many robust standard deviations are outliers: one in 16,000 normal ones.
-CUT = 4.0
-WIDE_CUT = 1.5 * CUT
-#: The share of readings that surely belong to the ellipsoid, by whose residuals the robust standard deviation goes.
-CORE, CORE_IN_MOTION = 0.5, 0.3
-#: The quantiles of |N(0, 1)| at these shares.
-NORMAL_QUANTILES = {CORE: 0.674490, CORE_IN_MOTION: 0.385320}
-#: The start and the robust standard deviation look at so many readings at most.
-START_READINGS = 1000
-#: Of more readings than these a part is fitted first.
-MANY_READINGS = 50_000
-#: The worst determined combination of parameters has at least so much of the information that evenly spread directions
-#: give: its standard deviation is at most 7 times as large, and so is what a disturbed field does to it.
-LEAST_OBSERVABILITY = 0.02
-#: Centres farther away (in median distances of the readings from their median) are those of a flat piece.
-FARTHEST = 30.0
-#: Passes over many readings, of which three or four are needed.
-MANY_PASSES = 10
-#: The change of a parameter (in units of the radius) over which a derivative is taken as a difference.
-DIFFERENCE = 1e-4
-#: Relative residuals below this are rounding: they make no reading an outlier.
-ROUNDING = 1e-11
-#: A step of the parameters (in units of the radius) below this ends the refinement; the next one would be a hundredth.
-CONVERGED = 1e-10
-#: While outliers are being chosen, this will do.
-NEARLY_CONVERGED = 1e-5
-#: So many readings are looked at for the information that their directions give.
-DIRECTIONS = 50_000
-#: Lags of a correlation that are computed one by one; more of them by a Fourier transform.
-DIRECT_LAGS = 32
-#: The smallest eigenvalue of the information of one reading, where directions are spread evenly: of û_i² against û_j².
-EVEN_INFORMATION = 2.0 / 15.0
+#: Earth's field is between 22 and 67 µT; inside of buildings somewhat more or less.
+FIELD_RANGE = (10.0, 150.0)
+#: A sensor is not off by more than this factor: then it is the unit.
+LARGEST_GAIN = 2.0
+#: The largest standard deviation of a scale factor, or of an offset as a share of the norm: 0.03 of a horizontal field
+#: are 1.7° of heading. (BROAD's recording 07 by itself gives 0.047, and takes VQF from 1.4° to 3.5°.)
+LARGEST_UNCERTAINTY = 0.03
+#: Larger residuals, as a share of the radius, are those of no ellipsoid; a cloud of noise alone has 42 %.
+LARGEST_RESIDUAL = 0.15
+#: Nothing is measured in units in which readings are beyond these: their squares would be beyond the range of numbers.
+SIZES = (1e-60, 1e60)
 
 
-@dataclass(frozen=True, slots=True)
-class Ellipsoid:
-    """A fit: parameters θ = (A_xx, A_yy, A_zz, [A_xy, A_xz, A_yz,] b) and what is known of them."""
-
-    matrix: FloatArray
-    centre: FloatArray
-    covariance: FloatArray
-    """Of θ."""
-    keep: BoolArray
-    """(n,) the readings that are no outliers."""
-    residual: FloatArray
-    """(n,) ρ (‖A (x − b)‖ − 1), in the unit of the readings."""
-    deviation: float
-    """Standard deviation of the residuals that are kept."""
-    radius: float
-    """ρ."""
-    correlation: float
-    """Correlation time of the residuals in readings, at least 1."""
-    directions: FloatArray
-    """(3, m) calibrated readings that are no outliers, of many some `DIRECTIONS`."""
-    observability: float
-    """By these directions."""
-
-
-def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
-    """The ellipsoid of the readings (3, n), with 6 or 9 parameters.
+@dataclass(frozen=True, slots=True, eq=False)
+class EllipsoidFit:
+    """A calibration by an ellipsoid, with what tells how good it is.
 
     Parameters
     ----------
-    motion : many readings are those of an accelerometer in motion: three in ten are enough of an ellipsoid then, and
-        each of them counts alike, as those at rest lie close together.
+    calibration : Calibration
+        S and b.
+    norm : float
+        Of calibrated readings: the given one, or the estimated one.
+    norm_std : float
+        Standard deviation of an estimated norm; 0 where it was given.
+    names : tuple of str
+        Of the parameters: S_xx, S_yy, S_zz, with nine S_xy, S_xz, S_yz, and b_x, b_y, b_z.
+    values : ndarray
+        (p,) the parameters.
+    covariance : ndarray
+        (p, p) of the parameters: by the residuals, with their correlation in time; no law of the
+        noise is assumed.
+    residual_rms : float
+        Of the calibrated norm about `norm`, over the readings that are no outliers, in the unit of
+        the readings.
+    residual_max : float
+        The largest of them.
+    correlation : float
+        So many readings tell what one independent reading does (1: white noise).
+    deviation_before : float
+        Standard deviation of the norm of the readings over its mean, % (Cirillo et al. 2014),
+        outliers included.
+    deviation_after : float
+        The same of the calibrated readings.
+    coverage : float
+        Share of 72 cells of equal area of the sphere that the readings have seen.
+    observability : float
+        Information about the least known combination of parameters, over that of evenly spread
+        directions.
+    samples : int
+        Readings that were used.
+    outliers : int
+        Readings that were left out as outliers.
+    missing : int
+        Rows without a reading (NaN).
+    left_out : int
+        Rows in motion that an accelerometer's fit did not look at.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 48.0 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> fit = ar.calibration.magnetometer(x + [12.0, -3.0, 5.0])
+    >>> fit.samples, round(fit.norm, 6)
+    (2000, 48.0)
+    """
+
+    calibration: Calibration
+    norm: float
+    norm_std: float
+    names: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    residual_rms: float
+    residual_max: float
+    correlation: float
+    deviation_before: float
+    deviation_after: float
+    coverage: float
+    observability: float
+    samples: int
+    outliers: int
+    missing: int
+    left_out: int
+
+    @property
+    def std(self) -> FloatArray:
+        """(p,) standard deviations of the parameters."""
+        std: FloatArray = np.sqrt(np.diag(self.covariance))
+        return std
+
+    def summary(self) -> str:
+        """All of it for reading, over several lines.
+
+        Returns
+        -------
+        str
+            Several lines.
+        """
+        lines = [
+            f"norm       {self.norm:.5g}" + (f" ± {self.norm_std:.2g}" if self.norm_std else " (given)"),
+            *(
+                f"{name:<10} {value:.6g} ± {std:.2g}"
+                for name, value, std in zip(self.names, self.values, self.std, strict=True)
+            ),
+            f"deviation  {self.deviation_before:.3g} % of the norm before, {self.deviation_after:.3g} % after",
+            f"residual   {self.residual_rms:.3g} RMS, {self.residual_max:.3g} at most, "
+            f"correlated over {self.correlation:.3g} readings",
+            f"coverage   {self.coverage:.0%} of the directions, observability {self.observability:.2g}",
+            f"readings   {self.samples} used, {self.outliers} outliers, {self.missing} missing, "
+            f"{self.left_out} in motion",
+        ]
+        return "\n".join(lines)
+
+
+def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x") -> EllipsoidFit:
+    """The calibration that puts readings on a sphere about zero: ‖S (x − b)‖ is the same for all.
+
+    The start is the linear least squares of Cirillo et al. 2014 (eqs 1-6; nine parameters the same way) inside of a
+    least median of squares, then Gauss-Newton on the norms of the calibrated readings, with readings farther off than
+    four robust standard deviations (median of the absolute residuals) left out as outliers.
+
+    Parameters
+    ----------
+    x : array_like
+        (T, 3); rows with NaN are left out.
+    parameters : int, optional
+        6 (S diagonal: a scale and an offset an axis) or 9 (S symmetric and positive definite: soft
+        iron too). What a symmetric S leaves open is a rotation of the whole sensor, which norms say
+        nothing about.
+    norm : float, optional
+        Of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume:
+        det S = 1.
+    name : str, optional
+        Of the readings, in errors.
+
+    Returns
+    -------
+    EllipsoidFit
+        Its calibration has 1σ uncertainties and the deviations of the norm in `info`.
 
     Raises
     ------
-    NoEllipsoidError
-    """
-    count = x.shape[1]
-    random = np.random.default_rng(0)
-    few = x if count <= START_READINGS else x[:, random.integers(0, count, START_READINGS)]
-    weights = np.ones(few.shape[1]) if motion else areas(few)
-    core = CORE_IN_MOTION if motion else CORE
-    shift = quantile(few, weights, 0.5)
-    size = float(quantile(np.sqrt(((few - shift[:, None]) ** 2).sum(axis=0)), weights, 0.5))
-    if not size > 0:
-        raise NoEllipsoidError
-    z = (x - shift[:, None]) / size
-    few = (few - shift[:, None]) / size
-    a, b = robust_start(few, weights, parameters, core, random)
-    state = _refine(few, few, weights, a, b, parameters, core)
-    if observability(state.a @ (few[:, state.keep] - state.b[:, None]), parameters) < LEAST_OBSERVABILITY:
-        raise NoEllipsoidError
-    if not motion:
-        # Areas of the sphere, whatever the axes of the ellipsoid are.
-        weights = areas(state.a @ (few - state.b[:, None]))
-    if count > MANY_READINGS:
-        part = np.ascontiguousarray(z[:, :: count // MANY_READINGS])
-        state = _refine(part, few, weights, state.a, state.b, parameters, core)
-        state = _refine_many(z, few, weights, part, state, parameters, core)
-    else:
-        state = _refine(z, few, weights, state.a, state.b, parameters, core)
-    a, b, keep, residual = state.a, state.b, state.keep, state.residual
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        A wrong shape or dtype, an infinite value, an unknown number of parameters.
 
-    kept = residual[keep]
-    freedom = max(len(kept) - parameters, 1)
-    correlation = _correlation_time(kept)
-    inverse = np.linalg.inv(state.h).astype(np.float64, copy=False)
-    scores, _, _, _ = normal_equations(z, a, b, parameters, keep, inverse)
-    covariance = inverse @ scores @ inverse * correlation
-    deviation = float(np.sqrt(kept @ kept / freedom))
-    radius = mean_radius(a)
-    some = np.flatnonzero(keep)[:: max(len(kept) // DIRECTIONS, 1)]
-    directions = a @ (z[:, some] - b[:, None])
-    observed = observability(directions, parameters)
-    if observed < LEAST_OBSERVABILITY:
-        raise NoEllipsoidError
-    units = np.array([1.0 / size] * (parameters - 3) + [size] * 3)
-    return Ellipsoid(
-        # Noise across the radius lengthens a reading of unit length by σ² in the mean.
-        matrix=a / size * (1.0 + (deviation / radius) ** 2),
-        centre=shift + size * b,
-        covariance=covariance * np.outer(units, units),
-        keep=keep,
-        residual=residual * size,
-        deviation=deviation * size,
-        radius=radius * size,
-        correlation=correlation,
-        directions=directions,
-        observability=observed,
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x /= np.linalg.norm(x, axis=1, keepdims=True)
+    >>> ar.calibration.ellipsoid(x + [1.0, 2.0, 3.0]).calibration.offset.round(6)
+    array([1., 2., 3.])
+    """
+    if parameters not in (6, 9):
+        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    if norm is not None:
+        norm = positive("norm", norm)
+    array, valid = readings(name, x)
+    missing = len(array) - int(np.count_nonzero(valid))
+    rows = array if not missing else array[valid]
+    return _fit(rows, parameters, norm, name, missing)
+
+
+def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = None) -> EllipsoidFit:
+    """Hard iron (b) and scale or soft iron (S) of a magnetometer that was turned in all directions in a steady field.
+
+    Parameters
+    ----------
+    mag : array_like
+        (T, 3) in µT; another unit works where `norm` is not given, with a warning.
+    parameters : int, optional
+        9 or 6, as in `ellipsoid`.
+    norm : float, optional
+        Of the local field, µT, as a map of the field tells it; None estimates it.
+
+    Returns
+    -------
+    EllipsoidFit
+        The calibration, and how good it is.
+
+    Raises
+    ------
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        As `ellipsoid`; or readings that differ from the given norm by more than a factor of 2: another unit.
+
+    Warns
+    -----
+    CalibrationWarning
+        A field that is not Earth's in µT.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 48.0 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> ar.calibration.magnetometer(x + [12.0, -3.0, 5.0]).calibration.offset.round(6)
+    array([12., -3.,  5.])
+    """
+    fit = ellipsoid(mag, parameters=parameters, norm=norm, name="mag")
+    radius = fit.norm / _mean_gain(fit)
+    if norm is not None:
+        _check_unit(
+            "mag", radius, norm, "µT", {1e-2: "Gauss (times 100)", 1e-6: "Tesla (times 1e6)", 1e3: "nT (over 1000)"}
+        )
+    elif not FIELD_RANGE[0] <= radius <= FIELD_RANGE[1]:
+        warnings.warn(
+            f"mag: the norm is {radius:.3g}, but Earth's field is 22 to 67 µT: are the readings in another unit? The "
+            "calibration is right up to that factor",
+            CalibrationWarning,
+            stacklevel=2,
+        )
+    return fit
+
+
+def accelerometer(
+    acc: ArrayLike,
+    *,
+    rate: float | None = None,
+    select: str = "rest",
+    still: ArrayLike | None = None,
+    parameters: int = 6,
+    gravity: float = GRAVITY,
+    window: float = 0.25,
+) -> EllipsoidFit:
+    """Scale and offset of an accelerometer, by gravity alone: ‖S (x − b)‖ = g wherever it rests or turns slowly.
+
+    Parameters
+    ----------
+    acc : array_like
+        (T, 3) in m/s², at rest in many attitudes, or slowly turned.
+    rate : float, optional
+        Hz; needed to find the windows in which the sensor rests.
+    select : str, optional
+        "rest" takes the means of windows in which the readings vary no more than at rest (three
+        times the spread of the quietest tenth). "robust" takes all readings; those that fit to no
+        sphere (external acceleration) are outliers, as long as three in ten are of a sensor that
+        rests.
+    still : array_like, optional
+        (T,) bool, the samples at rest where they are known (then nothing is looked for). Their
+        means over windows are taken where `rate` is given, else the samples themselves.
+    parameters : int, optional
+        6, or 9 with cross-axis sensitivity (then not only attitudes with an axis up and down are
+        needed).
+    gravity : float, optional
+        Local gravity, m/s².
+    window : float, optional
+        Length of a window, s.
+
+    Returns
+    -------
+    EllipsoidFit
+        The calibration, and how good it is.
+
+    Raises
+    ------
+    CalibrationError
+        The readings do not determine the parameters; the message says what to record.
+    ValueError
+        As `ellipsoid`; or readings that are off by more than a factor of 2: another unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
+    >>> x *= 9.80665 / np.linalg.norm(x, axis=1, keepdims=True)
+    >>> fit = ar.calibration.accelerometer(x + [0.1, 0.0, 0.0], still=np.ones(2000, dtype=bool))
+    >>> fit.calibration.offset.round(6) + 0.0
+    array([0.1, 0. , 0. ])
+    """
+    gravity = positive("gravity", gravity)
+    if parameters not in (6, 9):
+        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    if select not in ("rest", "robust"):
+        raise ValueError(f'select: expected "rest" or "robust", got {select!r}')
+    array, valid = readings("acc", acc)
+    missing = len(array) - int(np.count_nonzero(valid))
+    if still is not None:
+        resting = np.asarray(still)
+        if resting.dtype.kind != "b" or resting.shape != (len(array),):
+            raise ValueError(f"still: expected bool of shape ({len(array)},), got {resting.dtype} of {resting.shape}")
+        used = resting & valid
+        rows = array[used] if rate is None else _windows.means(np.where(used[:, None], array, np.nan), rate, window)
+        left_out = len(array) - missing - int(np.count_nonzero(used))
+    elif select == "rest":
+        if rate is None:
+            raise ValueError('rate: needed to find the windows at rest; without it: still=, or select="robust"')
+        rest = _windows.resting(array, rate, window)
+        rows = rest.means
+        left_out = max(len(array) - missing - len(rows) * rest.length, 0)
+    else:
+        rows, left_out = array[valid], 0
+    if len(rows):
+        size = float(np.median(np.linalg.norm(rows, axis=1)))
+        _check_unit("acc", size, gravity, "m/s²", {1.0 / GRAVITY: f"g (times {GRAVITY})", 1e3 / GRAVITY: "mg"})
+    return _fit(rows, parameters, gravity, "acc", missing, left_out, still is None and select == "robust")
+
+
+def _fit(
+    rows: FloatArray,
+    parameters: int,
+    norm: float | None,
+    name: str,
+    missing: int,
+    left_out: int = 0,
+    motion: bool = False,
+) -> EllipsoidFit:
+    if len(rows) < parameters:
+        found = "readings" if not left_out else "windows at rest"
+        raise CalibrationError(
+            f"{name}: expected at least {parameters} {found} for {parameters} parameters, got {len(rows)}"
+            f" ({missing} are NaN{f', {left_out} in motion' if left_out else ''}): "
+            "record more, with the sensor turned in all directions"
+        )
+    x = np.ascontiguousarray(rows.T)
+    size = float(np.abs(x).max())
+    if size > SIZES[1] or 0 < size < SIZES[0]:
+        raise CalibrationError(f"{name}: expected readings between {SIZES[0]} and {SIZES[1]}, got {size:.3g}")
+    _directions.check_spread(name, x)
+    try:
+        found_fit = _ellipsoid_fit.fit(x, parameters, motion)
+    except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
+        raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
+    keep = found_fit.keep
+    observability = found_fit.observability
+    misfit = found_fit.deviation / found_fit.radius
+    if misfit > LARGEST_RESIDUAL:
+        raise CalibrationError(
+            f"{name}: the readings lie on no ellipsoid (residuals of {misfit:.0%} of the radius): turn the sensor in "
+            "all directions, at one place and away from magnets and iron"
+        )
+    relative = np.sqrt(
+        found_fit.correlation / (np.count_nonzero(keep) * observability * _ellipsoid_fit.EVEN_INFORMATION)
+    )
+    uncertainty = float(misfit * relative)
+    if not uncertainty < LARGEST_UNCERTAINTY:
+        hint = "away from magnets and iron" if name == "mag" else "at rest in each attitude"
+        raise CalibrationError(
+            f"{name}: the parameters would be known to {uncertainty:.0%} only (residuals of {found_fit.deviation:.2g}, "
+            f"correlated over {found_fit.correlation:.0f} of {len(rows)} readings): record longer, in all directions, "
+            f"{hint}"
+        )
+    values, covariance, radius, radius_std = _scaled(found_fit, parameters, norm)
+    matrix = _sums.symmetric(values[:-3])
+    residual_max = float((np.abs(found_fit.residual) * keep).max()) * (radius / found_fit.radius)
+    names = tuple(f"S_{axis}{axis}" for axis in AXES)
+    if parameters == 9:
+        names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _linear.PAIRS)
+    names += tuple(f"b_{axis}" for axis in AXES)
+    before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(1.0 + found_fit.residual / found_fit.radius)
+    std = np.sqrt(np.diag(covariance))
+    info: dict[str, Any] = {
+        "method": f"ellipsoid, {parameters} parameters",
+        "norm": radius,
+        "norm_std": radius_std,
+        "std": dict(zip(names, std.tolist(), strict=True)),
+        "norm_deviation_percent": {"before": before, "after": after},
+        "samples": int(np.count_nonzero(keep)),
+        "outliers": int(np.count_nonzero(~keep)),
+    }
+    return EllipsoidFit(
+        calibration=Calibration(matrix, found_fit.centre, info),
+        norm=radius,
+        norm_std=radius_std,
+        names=names,
+        values=values,
+        covariance=covariance,
+        residual_rms=found_fit.deviation * (radius / found_fit.radius),
+        residual_max=residual_max,
+        correlation=found_fit.correlation,
+        deviation_before=before,
+        deviation_after=after,
+        coverage=_directions.coverage(found_fit.directions),
+        observability=observability,
+        samples=info["samples"],
+        outliers=info["outliers"],
+        missing=missing,
+        left_out=left_out,
     )
 
 
-def information(y: FloatArray, parameters: int) -> FloatArray:
-    """The mean information of a calibrated reading (3, n) about relative changes of S and about b: (p, p).
-
-    Of off-diagonal terms √2 times is counted, so that a rotation of the sensor leaves the eigenvalues as they are.
-    """
-    u = y / np.sqrt((y * y).sum(axis=0))
-    rows = [u * u, -u]
-    if parameters == 9:
-        rows.insert(1, np.sqrt(2.0) * np.stack([u[i] * u[j] for i, j in PAIRS]))
-    stacked = np.concatenate(rows)
-    mean: FloatArray = stacked @ stacked.T / u.shape[1]
-    return mean
-
-
-def observability(y: FloatArray, parameters: int) -> float:
-    """The smallest eigenvalue of `information` over that of evenly spread directions; 0 where a parameter is free."""
-    return max(float(np.linalg.eigvalsh(information(y, parameters))[0]) / EVEN_INFORMATION, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class _State:
-    """Parameters with their normal equations over a selection of readings."""
-
-    a: FloatArray
-    b: FloatArray
-    keep: BoolArray
-    h: FloatArray
-    g: FloatArray
-    residual: FloatArray
-    cost: float
-    """Σ r² over the readings that are kept."""
-
-    @classmethod
-    def of(cls, z: FloatArray, a: FloatArray, b: FloatArray, keep: BoolArray, parameters: int) -> _State:
-        return cls(a, b, keep, *normal_equations(z, a, b, parameters, keep))
+def _scaled(
+    fit: _ellipsoid_fit.Ellipsoid, parameters: int, norm: float | None
+) -> tuple[FloatArray, FloatArray, float, float]:
+    """Parameters and covariance for the norm: S = r A, with r = det(A)^(-1/3) where it is not given."""
+    a, count = fit.matrix, parameters - 3
+    entries = np.concatenate((np.diag(a), [a[i, j] for i, j in _linear.PAIRS[: count - 3]]))
+    jacobian = np.eye(parameters)
+    norm_std = 0.0
+    if norm is None:
+        radius = float(np.linalg.det(a)) ** (-1.0 / 3.0)
+        inverse = np.linalg.inv(a)
+        weights = [inverse[i, i] for i in range(3)] + [2.0 * inverse[i, j] for i, j in _linear.PAIRS[: count - 3]]
+        slope = -radius / 3.0 * np.array(weights)  # dr/dA
+        norm_std = float(np.sqrt(slope @ fit.covariance[:count, :count] @ slope))
+        jacobian[:count, :count] = radius * np.eye(count) + np.outer(entries, slope)
+    else:
+        radius = norm
+        jacobian[:count, :count] *= radius
+    values = np.concatenate((radius * entries, fit.centre))
+    covariance: FloatArray = jacobian @ fit.covariance @ jacobian.T
+    return values, covariance, radius, norm_std
 
 
-def _refine(
-    z: FloatArray, few: FloatArray, weights: FloatArray, a: FloatArray, b: FloatArray, parameters: int, core: float
-) -> _State:
-    """Gauss-Newton with outliers left out, until parameters and selection stay.
-
-    A reading on the border may be an outlier where it is left out, and none where it is fitted. So that the outcome
-    does not depend on the start, outliers are first those beyond a border that is half as far again, where hardly a
-    reading is.
-    """
-    state, residual = None, residuals(z, a, b)
-    cut = WIDE_CUT if z.shape[1] <= MANY_READINGS else CUT
-    for _ in range(30):
-        keep = np.abs(residual) <= _border(few, weights, a, b, core, cut)
-        if state is not None and np.array_equal(keep, state.keep):
-            if cut == CUT:
-                break
-            # From here on the same whatever came before.
-            state, cut = _converge(z, state, parameters, CONVERGED), CUT
-            a, b, residual = state.a, state.b, state.residual
-            continue
-        state = _converge(z, _State.of(z, a, b, keep, parameters), parameters, NEARLY_CONVERGED)
-        a, b, residual = state.a, state.b, state.residual
-    if state is None:  # for the checker: the loop has run
-        raise NoEllipsoidError
-    return _converge(z, state, parameters, CONVERGED)
+def _mean_gain(fit: EllipsoidFit) -> float:
+    gain: float = float(np.linalg.det(fit.calibration.matrix)) ** (1.0 / 3.0)
+    return gain
 
 
-def _refine_many(
-    z: FloatArray,
-    few: FloatArray,
-    weights: FloatArray,
-    part: FloatArray,
-    start: _State,
-    parameters: int,
-    core: float,
-) -> _State:
-    """The same for many readings from the fit to a part of them: by gradients alone, which take a third of the time.
-
-    What a step changes in the gradient is taken from the part, by differences (Newton's method, so that readings of
-    another shape than the model's take no more passes). So near to its end neither a step nor the readings that it
-    takes in or leaves out make the next one larger; should they, it goes on as in `_refine`.
-    """
-    a, b = start.a, start.b
-    slope = _slope(part, start, parameters) / np.count_nonzero(start.keep)
-    before = None
-    for _ in range(MANY_PASSES):
-        border = _border(few, weights, a, b, core, CUT)
-        g, residual = gradient(z, a, b, parameters, border)
-        keep = np.abs(residual) <= border
-        step = np.linalg.solve(slope * np.count_nonzero(keep), g).astype(np.float64, copy=False)
-        same = before is not None and np.array_equal(keep, before)
-        if same and float(np.abs(step).max()) < CONVERGED * (1.0 + float(np.abs(b).max())):
-            return _State.of(z, a, b, keep, parameters)
-        before, a, b = keep, a - symmetric(step[:-3]), b - step[-3:]
-    return _refine(z, few, weights, start.a, start.b, parameters, core)
+def _deviation(norms: NDArray[np.float64]) -> float:
+    """Cirillo's measure, in %: the standard deviation of ‖y‖ over its mean."""
+    mean = float(norms.mean())
+    return 100.0 * float(norms.std()) / mean if mean > 0 else math.inf
 
 
-def _slope(z: FloatArray, state: _State, parameters: int) -> FloatArray:
-    """The derivatives of the gradient by the parameters, for the readings that are kept."""
-    columns = []
-    for step in DIFFERENCE * np.eye(parameters):
-        ends = [
-            gradient(z, state.a + sign * symmetric(step[:-3]), state.b + sign * step[-3:], parameters, state.keep)[0]
-            for sign in (1.0, -1.0)
-        ]
-        columns.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE))
-    slope: FloatArray = np.stack(columns, axis=1)
-    return slope
-
-
-def _border(few: FloatArray, weights: FloatArray, a: FloatArray, b: FloatArray, core: float, cut: float) -> float:
-    """The largest residual of what is no outlier: so many robust standard deviations."""
-    deviation = float(quantile(np.abs(residuals(few, a, b)), weights, core)) / NORMAL_QUANTILES[core]
-    return max(cut * deviation, ROUNDING)
-
-
-def _converge(z: FloatArray, state: _State, parameters: int, enough: float) -> _State:
-    """Gauss-Newton to a step below `enough`, halved where the sum of squares would grow."""
-    for _ in range(30):
-        try:
-            step = np.linalg.solve(state.h, state.g).astype(np.float64, copy=False)
-        except np.linalg.LinAlgError:
-            raise NoEllipsoidError from None
-        size = float(np.abs(step).max())
-        if not size < FARTHEST or np.linalg.norm(state.b) > FARTHEST:
-            raise NoEllipsoidError
-        # Near the end the cost changes by rounding alone, which is no reason to go back.
-        most = state.cost * (1 + 1e-9) + 1e-24 * z.shape[1]
-        for _ in range(30):
-            a, b = state.a - symmetric(step[:-3]), state.b - step[-3:]
-            if np.linalg.eigvalsh(a)[0] > 0:
-                tried = _State.of(z, a, b, state.keep, parameters)
-                if tried.cost <= most:
-                    break
-            step = 0.5 * step
-        else:
-            return state
-        state = tried
-        if size < enough * (1.0 + float(np.abs(state.b).max())):
-            return state
-    return state
-
-
-def _correlation_time(residual: FloatArray) -> float:
-    """1 + 2 Σ ρ over the lags up to the first whose correlation ρ is not significant."""
-    count = len(residual)
-    centred = residual - residual.mean()
-    power = float(centred @ centred)
-    if not (count > 3 and power > 0):
-        return 1.0
-    significant = 2.0 / np.sqrt(count)
-    total = 1.0
-    for lag in range(1, min(DIRECT_LAGS, count // 2)):
-        rho = float(centred[lag:] @ centred[:-lag]) / power
-        if rho < significant:
-            return total
-        total += 2.0 * rho
-    length = 1 << (2 * count - 1).bit_length()
-    spectrum = np.fft.rfft(centred, length)
-    correlation = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, length)[1 : count // 2] / power
-    low = np.flatnonzero(correlation < significant)
-    return float(1.0 + 2.0 * correlation[: int(low[0]) if low.size else None].sum())
+def _check_unit(name: str, size: float, expected: float, unit: str, others: dict[float, str]) -> None:
+    """Refuse readings that are far from what they measure."""
+    ratio = size / expected
+    if 1.0 / LARGEST_GAIN <= ratio <= LARGEST_GAIN:
+        return
+    guess = [text for factor, text in others.items() if 1.0 / LARGEST_GAIN <= ratio / factor <= LARGEST_GAIN]
+    hint = f": are they in {guess[0]}?" if guess else ""
+    raise ValueError(f"{name}: expected readings of about {expected:.4g} {unit}, got {size:.3g}{hint}")

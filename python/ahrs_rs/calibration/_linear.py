@@ -6,11 +6,8 @@ Arrays of readings stand as (3, n) here, those of many samples as (B, 3, n).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ._common import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from ahrs_rs._typing import BoolArray, FloatArray
 
 #: Random samples of the start. With p + 3 readings each, 200 find one without an outlier among 30 % outliers with
 #: probability 1 - (1 - 0.7^12)^200 = 94 % (9 parameters), and among 20 % surely.

@@ -8,12 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ._common import FloatArray
-from ._linear import PAIRS
-
-BoolArray = NDArray[np.bool_]
+from ahrs_rs._typing import BoolArray, FloatArray
+from ahrs_rs.calibration._linear import PAIRS
 
 #: Readings that are worked on together: their Jacobian stays in the cache.
 CHUNK = 1 << 12

@@ -8,9 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._common import GRAVITY, FloatArray, positive
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.calibration._common import CalibrationError, positive
 
 #: Windows vary at rest by at most so many times the spread of the quietest tenth of all windows ...
 TIMES_QUIETEST = 3.0
@@ -18,6 +20,8 @@ TIMES_QUIETEST = 3.0
 #: steps of 5 mm/s²) and rad/s (16 bits over 2000 °/s are steps of 1 mrad/s).
 ACC_LIMITS = (5e-3, 0.05 * GRAVITY)
 GYR_LIMITS = (1e-3, 0.05)
+#: What turns faster than the typical rest is a turn, rad/s.
+SLOWEST_TURN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,56 @@ def resting(x: FloatArray, rate: float, window: float, limits: tuple[float, floa
     limit = min(max(TIMES_QUIETEST * float(np.quantile(spread, 0.1)), limits[0]), limits[1])
     still = spread <= limit
     return Rest(mean[still], enough[still], length)
+
+
+def gyroscope_rests(gyr: ArrayLike, rate: float, *, hold: float = 0.5, slowest: float = SLOWEST_TURN) -> list[slice]:
+    """The phases in which a gyroscope rests.
+
+    Parameters
+    ----------
+    gyr : array_like
+        (T, 3) angular rate in rad/s; a row with a NaN is missing.
+    rate : float
+        Sampling rate in Hz.
+    hold : float, optional
+        The shortest rest in s.
+    slowest : float, optional
+        A rate beyond this, in rad/s about the median of all rests, is no rest but a steady turn.
+
+    Returns
+    -------
+    list of slice
+        The samples of each phase.
+
+    Raises
+    ------
+    CalibrationError
+        The sensor does not rest for long enough.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> gyr = np.zeros((300, 3))
+    >>> gyr[100:200] = 1.0
+    >>> ar.calibration.gyroscope_rests(gyr, 100.0)
+    [slice(0, 100, None), slice(200, 300, None)]
+    """
+    window = 0.1
+    rest = resting(np.asarray(gyr, dtype=np.float64), rate, window, GYR_LIMITS)
+    # A steady turn varies as little, about another mean.
+    typical = np.median(rest.means, axis=0) if len(rest.means) else np.zeros(3)
+    index = rest.index[np.linalg.norm(rest.means - typical, axis=1) < slowest]
+    if not index.size:
+        raise CalibrationError("gyr: the sensor does not rest: let it lie still for some seconds")
+    runs = np.split(index, np.flatnonzero(np.diff(index) > 1) + 1)
+    least = max(round(hold / window), 1)
+    phases = [slice(int(run[0]) * rest.length, (int(run[-1]) + 1) * rest.length) for run in runs if len(run) >= least]
+    if not phases:
+        raise CalibrationError(
+            f"gyr: the sensor does not rest for {hold} s anywhere: let it lie still for some seconds"
+        )
+    return phases
 
 
 def attitudes(x: FloatArray, rate: float, window: float, hold: float, apart: float) -> list[slice]:

@@ -12,28 +12,28 @@ import os
 import sys
 from typing import NoReturn
 
-import ahrs_rs
 from ahrs_rs import _native
 from ahrs_rs._printable import printable
+from ahrs_rs._version import __version__
 from ahrs_rs.cli._common import CliError
 from ahrs_rs.cli._signals import interruptible
 
 __all__ = ["main"]
 
-#: Command -> its module, which is imported where the command is given.
-COMMANDS = {
-    "run": "run",
-    "compare": "compare",
-    "tune": "tune",
-    "filters": "filters",
-    "sensors": "_sensors",
-    "formats": "_formats",
-    "calibrate": "calibrate",
-    "noise": "noise",
-    "simulate": "simulate",
-    "demo": "demo",
-    "papers": "papers",
-}
+#: The commands; the module of each has its name after an underscore, and is imported where the command is given.
+COMMANDS = (
+    "run",
+    "compare",
+    "tune",
+    "filters",
+    "sensors",
+    "formats",
+    "calibrate",
+    "noise",
+    "simulate",
+    "demo",
+    "papers",
+)
 
 FAILED = 2
 #: What a shell reports of a program that the closed pipe ended: 128 + SIGPIPE.
@@ -111,12 +111,12 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    version = f"ahrs-rs {ahrs_rs.__version__} ({_native.INSTRUCTIONS})"
+    version = f"ahrs-rs {__version__} ({_native.INSTRUCTIONS})"
     parser.add_argument("--version", action="version", version=version)
     parser.set_defaults(function=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     for name in COMMANDS if command is None else [command]:
-        importlib.import_module(f"{__name__}.{COMMANDS[name]}").add_parser(commands)
+        importlib.import_module(f"{__name__}._{name}").add_parser(commands)
     return parser
 
 

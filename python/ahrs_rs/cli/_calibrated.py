@@ -7,7 +7,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 
 if TYPE_CHECKING:
     from ahrs_rs.calibration import Calibrations

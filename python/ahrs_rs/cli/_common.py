@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import difflib
 import itertools
 import math
 import os
@@ -17,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _atomic, metrics
-from ahrs_rs._filter import FRAMES, GYR_HOLDS, Filter
+from ahrs_rs._engine import FRAMES, GYR_HOLDS
+from ahrs_rs._filter import Filter
+from ahrs_rs._recording import Recording
+from ahrs_rs._validate import did_you_mean
 from ahrs_rs.filters import FILTERS
-from ahrs_rs.recording import Recording
 
 Commands: TypeAlias = "argparse._SubParsersAction[Any]"
 #: Outputs, each with a function that writes it to the path that it is given.
@@ -88,7 +89,7 @@ def find_filter(name: str) -> type[Filter]:
     by_name = {known.lower(): cls for known, cls in FILTERS.items()}
     cls = by_name.get(name.lower())
     if cls is None:
-        raise CliError(f"unknown filter {name!r}{_hint(name, FILTERS)}; there are {', '.join(FILTERS)}")
+        raise CliError(f"unknown filter {name!r}{did_you_mean(name, FILTERS)}; there are {', '.join(FILTERS)}")
     return cls
 
 
@@ -98,7 +99,7 @@ def choose(cls: type[Filter], preset: str | None, texts: Mapping[str, str]) -> C
     if preset is not None:
         if preset not in cls.PRESETS:
             known = ", ".join(cls.PRESETS) or "none"
-            raise CliError(f"{cls.NAME} has no preset {preset!r}{_hint(preset, cls.PRESETS)}; it has {known}")
+            raise CliError(f"{cls.NAME} has no preset {preset!r}{did_you_mean(preset, cls.PRESETS)}; it has {known}")
         params |= cls.PRESETS[preset]
     return Choice(cls, params | {name: _value(cls, name, text) for name, text in texts.items()})
 
@@ -117,7 +118,7 @@ def assignments(texts: Sequence[str]) -> dict[str, str]:
 def unknown_parameter(owner: str, name: str, known: Iterable[str]) -> CliError:
     """The error for a parameter that the owner, "Madgwick has" or the like, does not have."""
     names = list(known)
-    return CliError(f"{owner} no parameter {name!r}{_hint(name, names)}; there are {', '.join(names) or 'none'}")
+    return CliError(f"{owner} no parameter {name!r}{did_you_mean(name, names)}; there are {', '.join(names) or 'none'}")
 
 
 def _value(cls: type[Filter], name: str, text: str) -> float | str | bool:
@@ -129,20 +130,14 @@ def _value(cls: type[Filter], name: str, text: str) -> float | str | bool:
         try:
             value = float(text)
         except ValueError:
-            raise CliError(f"{cls.NAME}: {name} must be a number, got {text!r}") from None
+            raise CliError(f"{cls.NAME}.{name}: expected a number, got {text!r}") from None
     elif isinstance(param.default, bool):
         value = {"true": True, "false": False}.get(text.lower(), text)
     try:
         param.encode(value)
     except ValueError as error:
-        raise CliError(f"{cls.NAME}: {error}") from None
+        raise CliError(f"{cls.NAME}.{error}") from None
     return value
-
-
-def _hint(name: str, known: Iterable[str]) -> str:
-    by_name = {one.lower(): one for one in known}
-    close = difflib.get_close_matches(name.lower(), by_name, n=1)
-    return f" (did you mean {by_name[close[0]]}?)" if close else ""
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:

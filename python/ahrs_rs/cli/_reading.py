@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ahrs_rs import io
+from ahrs_rs._recording import Recording
 from ahrs_rs._warnings import DataWarning
 from ahrs_rs.cli._common import CliError, finite, positive
-from ahrs_rs.recording import Recording
 
 #: Lists of `Recording.meta` that are told, and how a line about each of them begins.
 TOLD = {"assumed": "assumed", "repairs": "repaired", "ignored": "ignored", "lost": "lost", "doubts": "doubt"}

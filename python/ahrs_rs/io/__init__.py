@@ -5,15 +5,17 @@ A new format is one module with `sniff`, `load` and perhaps `sensors`, and one r
 
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
-from ._contents import SensorInfo
-from ._read import formats, from_frame, read, read_all, sensors
+from ahrs_rs._recording import FORMATS as _HOOKS
+from ahrs_rs.io._contents import SensorInfo
+from ahrs_rs.io._read import formats, from_frame, read, read_all, sensors
 
 if _TYPE_CHECKING:
-    from ._estimate import save_estimate, write_estimate, writers
-    from ._recording import save_recording
-    from ._registry import FORMATS
-    from ._sto_out import write_sto
+    from ahrs_rs.io._estimate import save_estimate, write_estimate, writers
+    from ahrs_rs.io._recording import save_recording
+    from ahrs_rs.io._registry import FORMATS
+    from ahrs_rs.io._sto_out import write_sto
 
 __all__ = [
     "FORMATS",
@@ -41,7 +43,15 @@ _LATER = {
 }
 
 
-def __getattr__(name: str) -> object:
+def _save(*args: _Any) -> None:
+    __getattr__("save_recording")(*args)
+
+
+# `Recording` knows nothing of formats; its methods `from_frame` and `save` find them here.
+_HOOKS.update(from_frame=from_frame, save=_save)
+
+
+def __getattr__(name: str) -> _Any:
     if name in _LATER:
         return getattr(_import_module(f"{__name__}.{_LATER[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData, SensorInfo
-from ._hdf5 import array, opened
-from ._library import refuse, understood
-from ._lines import cells, head_lines, is_text, read_table
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo
+from ahrs_rs.io._hdf5 import array, opened
+from ahrs_rs.io._library import refuse, understood
+from ahrs_rs.io._lines import cells, head_lines, is_text, read_table
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Stream -> names of the data set, of versions 5 and 2 to 4.

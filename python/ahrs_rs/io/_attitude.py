@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ahrs_rs import _quat
-
-from ._contents import FloatArray
+from ahrs_rs._typing import FloatArray
 
 
 def from_matrix(matrix: FloatArray) -> FloatArray:

@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray, Options, SensorData, SensorInfo, require
-from ._library import refuse, understood
-from ._source import Source
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, require
+from ahrs_rs.io._library import refuse, understood
+from ahrs_rs.io._source import Source
 
 MAGIC = b"MD\xfc\x03"
 HEADER, BLOCK = 1024, 512
-G = 9.80665
-GROUPS = {"gyr": ("gyro", np.pi / 180.0), "acc": ("acc", G)}
+GROUPS = {"gyr": ("gyro", np.pi / 180.0), "acc": ("acc", GRAVITY)}
 WHAT = "CWA file of an Axivity"
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import _hdf5
-from ._contents import Options, SensorData
-from ._source import Source
+from ahrs_rs.io import _hdf5
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._source import Source
 
 #: Stream -> data set of the file.
 DATASETS = {"gyr": "imu_gyr", "acc": "imu_acc", "mag": "imu_mag", "ref": "opt_quat", "mask": "movement"}

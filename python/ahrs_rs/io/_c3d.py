@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ._child import read_in_child
-from ._contents import Options, SensorData, SensorInfo, require
-from ._library import refuse, understood
-from ._source import Source
-from ._units import conversion
+from ahrs_rs.io._child import read_in_child
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, require
+from ahrs_rs.io._library import refuse, understood
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._units import conversion
 
 WHAT = "C3D file"
 #: Stream -> what stands for it in a label. A label has one of these and an axis.

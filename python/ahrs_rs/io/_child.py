@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import FloatArray
-from ._library import refuse, shortened
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._library import refuse, shortened
 
 #: The child's time: so many s, and so many more for each MB of the file.
 SECONDS, SECONDS_A_MB = 60.0, 1.0

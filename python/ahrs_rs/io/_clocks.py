@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray
+from ahrs_rs._typing import FloatArray
 
 #: A stamp that falls back by more steps than this is no jitter but an outlier, or, where as many stamps stay
 #: behind, a clock that started anew.

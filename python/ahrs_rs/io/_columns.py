@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ._contents import Options
-from ._names import AXES, BARE, PROCESSED, Column, parse, split
-from ._units import ASSUMED, SIZELESS, UNITS, conversion, is_unit, unit_key
+from ahrs_rs.io._contents import Options
+from ahrs_rs.io._names import AXES, BARE, PROCESSED, Column, parse, split
+from ahrs_rs.io._units import ASSUMED, SIZELESS, UNITS, conversion, is_unit, unit_key
 
 #: Names of a column that says which of several sensors a row is of.
 INSTANCES = frozenset(

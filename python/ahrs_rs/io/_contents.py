@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray: TypeAlias = NDArray[np.float64]
+from ahrs_rs import _optional
 
 #: Lists of `SensorData.meta` whose sentences are told to whoever reads: in one `DataWarning`, and by the command line.
 TOLD = ("assumed", "repairs", "ignored", "lost", "doubts")
@@ -72,14 +68,27 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class SensorInfo:
-    """What a file says of one sensor, found without reading it whole."""
+    """What a file says of one sensor, found without reading it whole.
+
+    Parameters
+    ----------
+    name : str
+        As `read` takes it for ``sensor=``.
+    samples : mapping
+        Stream -> how many readings; None where only the whole file tells.
+    rates : mapping
+        Stream -> Hz; None where only the whole file tells.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> print(ar.io.SensorInfo("wrist", {"gyr": 500}, {"gyr": 100.0}))
+    wrist: gyr (500 samples, 100 Hz)
+    """
 
     name: str
-    """As `read` takes it for ``sensor=``."""
     samples: Mapping[str, int | None]
-    """Stream -> how many readings; None where only the whole file tells."""
     rates: Mapping[str, float | None]
-    """Stream -> Hz; None where only the whole file tells."""
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -98,13 +107,7 @@ class SensorInfo:
 
 def require(module: str, extra: str = "io") -> Any:
     """Import an optional module, or say how to install it."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        package = module.partition(".")[0]
-        if error.name != package:
-            raise
-        raise ImportError(f"this file format needs {package}: pip install ahrs-rs[{extra}]") from error
+    return _optional.require(module, extra, "this file format needs")
 
 
 def one_line(error: BaseException) -> str:

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData, SensorInfo, require
-from ._library import quiet_native, refuse, understood
-from ._source import Source
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, require
+from ahrs_rs.io._library import quiet_native, refuse, understood
+from ahrs_rs.io._source import Source
 
 HEAD = b"\xa3\x95\x80"
 AXES, FRAME = "front-right-down", "NED"

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import _attitude
-from ._contents import Options, SensorData
-from ._lines import cells, head_lines, is_text, read_table, separator_of
-from ._packets import COUNTER, FINE, packet_times
-from ._source import Source
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import cells, head_lines, is_text, read_table, separator_of
+from ahrs_rs.io._packets import COUNTER, FINE, packet_times
+from ahrs_rs.io._source import Source
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "acc": ("Acc_X", "Acc_Y", "Acc_Z"),

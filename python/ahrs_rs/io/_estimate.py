@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _atomic, metrics
-from ._contents import require
-from ._ros_out import write_ros
-from ._sto_out import write_sto
-from ._tum import write_tum
+from ahrs_rs import _atomic, metrics
+from ahrs_rs.io._contents import require
+from ahrs_rs.io._ros_out import write_ros
+from ahrs_rs.io._sto_out import write_sto
+from ahrs_rs.io._tum import write_tum
 
 if TYPE_CHECKING:
-    from ..estimate import Estimate
-    from ..recording import Recording
+    from ahrs_rs._estimate import Estimate
+    from ahrs_rs._recording import Recording
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -62,7 +62,30 @@ class Writer:
 def save_estimate(
     path: str | os.PathLike[str], est: Estimate, recording: Recording | None = None, *, degrees: bool = False
 ) -> None:
-    """Write an estimate; see `Estimate.save`."""
+    """Write an estimate; see `Estimate.save`.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The ending tells the format.
+    est : Estimate
+        What is written.
+    recording : Recording, optional
+        Of the same rows, for what is made of it.
+    degrees : bool, optional
+        Degrees in place of radians.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> est = ar.Madgwick(rate=100.0).run(ar.simulate.demo(duration=5.0))
+    >>> with TemporaryDirectory() as folder:
+    ...     ar.io.save_estimate(Path(folder, "walk.csv"), est)
+    ...     len(Path(folder, "walk.csv").read_text().splitlines())
+    501
+    """
     path = Path(path)
     writer = WRITERS.get(path.suffix.lower())
     if writer is None:
@@ -105,17 +128,35 @@ def write_estimate(
 
     Parameters
     ----------
-    path : the ending tells the format: .csv, .parquet or .npz.
-    t : (T,) s.
-    quat : (T, 4)
-    gyr_bias : (T, 3) rad/s, or None.
-    status : (T,) integers, or None.
-    euler : (T, 3) rad, or None: computed from `quat`.
+    path : str or path-like
+        The ending tells the format: .csv, .parquet or .npz.
+    t : array_like
+        (T,) s.
+    quat : array_like
+        (T, 4).
+    gyr_bias : array_like, optional
+        (T, 3) rad/s, or None.
+    status : array_like, optional
+        (T,) integers, or None.
+    euler : array_like, optional
+        (T, 3) rad, or None: computed from `quat`.
 
     Raises
     ------
     ValueError
         Another ending, or a wrong shape.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "truth.csv")
+    ...     ar.write_estimate(path, rec.t, rec.ref)
+    ...     path.read_text().splitlines()[0]
+    't,qw,qx,qy,qz,roll,pitch,yaw'
     """
     path = Path(path)
     writer = _ARRAYS.get(path.suffix.lower())
@@ -218,5 +259,17 @@ WRITERS: dict[str, Writer] = {
 
 
 def writers() -> dict[str, Writer]:
-    """Ending of a file's name -> how an estimate is written to it."""
+    """Ending of a file's name -> how an estimate is written to it.
+
+    Returns
+    -------
+    dict of str to callable
+        By the endings of names.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ".csv" in ar.io.writers()
+    True
+    """
     return dict(WRITERS)

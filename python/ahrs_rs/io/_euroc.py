@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _quat
-
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData
-from ._lines import header_of, is_text, read_named
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import header_of, is_text, read_named
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 GYR, ACC = tuple(f"w_RS_S_{axis}" for axis in "xyz"), tuple(f"a_RS_S_{axis}" for axis in "xyz")
 QUAT = tuple(f"q_RS_{axis}" for axis in "wxyz")

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _plausible
-from ..recording import Recording, Stream
-from ._clocks import ordered
-from ._contents import FloatArray, Options, SensorData
-from ._units import SIZELESS, conversion, unit_key
+from ahrs_rs import _plausible
+from ahrs_rs._recording import Recording, Stream
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._clocks import ordered
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._units import SIZELESS, conversion, unit_key
 
 #: A reference quaternion whose norm differs from 1 by no more than this is kept as recorded (rounding to 3
 #: decimals); up to the second value it is normalised; beyond, it is no orientation but a mark of a lost one.

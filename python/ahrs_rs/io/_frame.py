@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import times, vectors
-from ..recording import Recording
-from ._contents import Options
-from ._finish import finish
-from ._rows import TableData, sensor_data
-from ._table import shown_name, understood_names
+from ahrs_rs._arrays import times, vectors
+from ahrs_rs._recording import Recording
+from ahrs_rs.io._contents import Options
+from ahrs_rs.io._finish import finish
+from ahrs_rs.io._rows import TableData, sensor_data
+from ahrs_rs.io._table import shown_name, understood_names
 
 #: The name that an index without one gets: that of a time.
 INDEX = "timestamp (index)"

@@ -11,16 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import Options, SensorData
-from ._lines import cells, head_lines, is_text, read_table
-from ._source import Source
-from ._stamps import utc
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import cells, head_lines, is_text, read_table
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import utc
 
 TITLES = ("GYROFLOW IMU LOG", "CAMERA IMU LOG")
 #: Stream -> columns, key of the scale, factor to our unit.
 GROUPS = {
     "gyr": (("gx", "gy", "gz"), "gscale", 1.0),
-    "acc": (("ax", "ay", "az"), "ascale", 9.80665),
+    "acc": (("ax", "ay", "az"), "ascale", GRAVITY),
     "mag": (("mx", "my", "mz"), "mscale", 100.0),
 }
 #: Names of the angular rate in the first logs.

@@ -12,15 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from ._child import read_in_child
-from ._contents import FloatArray, Options, SensorData, require
-from ._library import refuse, understood
-from ._source import Source
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._child import read_in_child
+from ahrs_rs.io._contents import Options, SensorData, require
+from ahrs_rs.io._library import refuse, understood
+from ahrs_rs.io._source import Source
 
 WHAT = "GoPro video"
 GROUPS = {"gyr": "Gyroscope", "acc": "Accelerometer", "mag": "Magnetometer"}
 #: Unit as the file has it -> factor to SI.
-UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s²": 1.0, "m/s^2": 1.0, "g": 9.80665, "μT": 1.0, "µT": 1.0, "uT": 1.0}
+UNITS = {"rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s²": 1.0, "m/s^2": 1.0, "g": GRAVITY, "μT": 1.0, "µT": 1.0, "uT": 1.0}
 #: What a video without a telemetry of a GoPro is told.
 NOTHING = "is a video without the telemetry of a GoPro (HERO5 or later)"
 

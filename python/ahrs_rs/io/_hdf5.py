@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import one_line, require
-from ._source import Source
+from ahrs_rs.io._contents import one_line, require
+from ahrs_rs.io._source import Source
 
 #: A data set may be so many times as large as what is stored of it: deflate packs no better than 1032 to 1.
 MOST_PACKED = 1100

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from ._contents import Options
+from ahrs_rs.io._contents import Options
 
 #: Option -> the types that it has in TOML.
 _TYPES: dict[str, tuple[type, ...]] = {

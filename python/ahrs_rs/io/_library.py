@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ._contents import one_line
+from ahrs_rs.io._contents import one_line
 
 
 @contextlib.contextmanager

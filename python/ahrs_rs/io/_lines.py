@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray, one_line, require
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import one_line, require
 
 #: How many bytes of a file may precede its first row.
 HEAD_BYTES = 65536

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray
+from ahrs_rs._typing import FloatArray
 
 _DATE = r"(?P<date>\d{4}[-/.]?\d{2}[-/.]?\d{2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{4})"
 _TIME = r"(?P<time>\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)"

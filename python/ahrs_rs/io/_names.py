@@ -11,8 +11,8 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ._units import SIZELESS, UNITS, is_unit, plain, unit_key, written
-from ._vocabulary import PHRASES, TIMES
+from ahrs_rs.io._units import SIZELESS, UNITS, is_unit, plain, unit_key, written
+from ahrs_rs.io._vocabulary import PHRASES, TIMES
 
 #: Quantity -> labels of its axes, "" for a quantity of one column.
 AXES: dict[str, tuple[str, ...]] = {

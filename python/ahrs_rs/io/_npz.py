@@ -10,11 +10,11 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .. import _json
-from .._arrays import seconds
-from .._stored import shown
-from ._contents import TOLD, Options, SensorData, one_line
-from ._source import Source
+from ahrs_rs import _json
+from ahrs_rs._arrays import seconds
+from ahrs_rs._stored import shown
+from ahrs_rs.io._contents import TOLD, Options, SensorData, one_line
+from ahrs_rs.io._source import Source
 
 #: An array of more bytes than this is to be packed no better than so many times: readings have noise.
 LARGE, MOST_PACKED = 2**28, 100

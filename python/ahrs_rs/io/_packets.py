@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray, Options, SensorData
-from ._stamps import unwrapped
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._stamps import unwrapped
 
 COUNTER, FINE = "PacketCounter", "SampleTimeFine"
 #: The clock has so many bits; the numbers have so few, unless one is larger.

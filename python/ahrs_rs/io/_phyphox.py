@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import Options, SensorData
-from ._lines import NamedTable, cells, head_lines, header_of, is_number, is_text, read_named, separator_of
-from ._source import Source
-from ._stamps import utc
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import NamedTable, cells, head_lines, header_of, is_number, is_text, read_named, separator_of
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import utc
 
 #: Stream -> what a name of its columns matches (several languages), and the unit. Tried in this order.
 STREAMS: dict[str, tuple[re.Pattern[str], str]] = {

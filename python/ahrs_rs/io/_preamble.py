@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ._contents import Options
-from ._source import Source
-from ._units import UNITS, unit_key
+from ahrs_rs.io._contents import Options
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._units import UNITS, unit_key
 
 #: How much of a file is looked at for the first row of data; the second where the first holds none.
 HEAD_BYTES, LONG_HEAD_BYTES = 2**16, 2**22

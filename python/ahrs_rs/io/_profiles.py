@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._names import Column
+from ahrs_rs.io._names import Column
 
 FRONT_RIGHT_DOWN = "front-right-down"
 #: PX4 writes this where no sample of the accelerometer belongs to one of the gyroscope.

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData, SensorInfo, require
-from ._library import quiet, refuse, understood
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, require
+from ahrs_rs.io._library import quiet, refuse, understood
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 #: Topics that are loaded; all others are passed over.

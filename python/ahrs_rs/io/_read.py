@@ -12,17 +12,17 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._axes import axes_matrix
-from .._rate import nominal_rate
-from .._warnings import DataWarning
-from ..recording import Recording
-from ._contents import TOLD, Options, SensorData, SensorInfo
-from ._finish import finish
-from ._layout import with_layout
-from ._source import Source
+from ahrs_rs._axes import axes_matrix
+from ahrs_rs._rate import nominal_rate
+from ahrs_rs._recording import Recording
+from ahrs_rs._warnings import DataWarning
+from ahrs_rs.io._contents import TOLD, Options, SensorData, SensorInfo
+from ahrs_rs.io._finish import finish
+from ahrs_rs.io._layout import with_layout
+from ahrs_rs.io._source import Source
 
 if TYPE_CHECKING:
-    from ._registry import Format
+    from ahrs_rs.io._registry import Format
 
 #: What `read` can be given as its path.
 Readable = str | os.PathLike[str] | IO[bytes]
@@ -48,31 +48,41 @@ def read(
 
     Parameters
     ----------
-    path : of the file or folder, or a binary file object; "-" is the standard input. A .gz, and a .zip of one file or
-        of a folder that a device writes, are read as what is in them.
-    columns : of a table: quantity -> name (names, in the order of the axes) of its columns, for what their names do not
-        tell; or the names of all columns of a table without a header.
-    units : quantity ("t", "gyr", "acc", "mag", "temperature") -> its unit in the file, over what the file says.
-    axes : which of the file's axes x, y and z are, with their signs, as "x,-y,-z": see `Recording.remapped`.
-    separator, decimal : of a text table, such as ";" and ","; None finds them.
-    skip_rows : lines above the header of a text table; None finds it.
-    sensor : of a file of several: its name, see `sensors`.
-    timezone : of local times without one, as "Europe/Berlin"; None takes UTC.
-    between : (start, end) in s, on the clock of the recording.
-    rate : sampling rate in Hz, in place of the times in the file, which then needs none.
-    format : a name of `formats`; None finds it from the content, whatever the ending.
-    layout : a TOML file with these options (all but path, between, layout); those that are given here go over it.
+    path : path-like or file object
+        Of the file or folder, or a binary file object; "-" is the standard input. A .gz, and a .zip
+        of one file or of a folder that a device writes, are read as what is in them.
+    columns : mapping or sequence of str, optional
+        Of a table: quantity -> name (names, in the order of the axes) of its columns, for what
+        their names do not tell; or the names of all columns of a table without a header.
+    units : mapping, optional
+        Quantity ("t", "gyr", "acc", "mag", "temperature") -> its unit in the file, over what the
+        file says.
+    axes : str, optional
+        Which of the file's axes x, y and z are, with their signs, as "x,-y,-z": see
+        `Recording.remapped`.
+    separator, decimal : str, optional
+        Of a text table, such as ";" and ","; None finds them.
+    skip_rows : int, optional
+        Lines above the header of a text table; None finds it.
+    sensor : str, optional
+        Of a file of several: its name, see `sensors`.
+    timezone : str, optional
+        Of local times without one, as "Europe/Berlin"; None takes UTC.
+    between : tuple, optional
+        (start, end) in s, on the clock of the recording.
+    rate : float, optional
+        Sampling rate in Hz, in place of the times in the file, which then needs none.
+    format : str, optional
+        A name of `formats`; None finds it from the content, whatever the ending.
+    layout : str or path-like, optional
+        A TOML file with these options (all but path, between, layout); those that are given here go
+        over it.
 
     Returns
     -------
     Recording
         In rad/s, m/s² and µT. NaN and empty cells stay NaN: missing data. `meta` says what was found (path, format,
         units, columns, axes), and lists what was assumed, repaired, ignored, lost.
-
-    Warns
-    -----
-    DataWarning
-        One, with all that was assumed, repaired, ignored, lost.
 
     Raises
     ------
@@ -84,6 +94,23 @@ def read(
         sensor gives. One line, with the path and the option that settles it.
     ImportError
         The format needs a package that is not installed.
+
+    Warns
+    -----
+    DataWarning
+        One, with all that was assumed, repaired, ignored, lost.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "walk.npz")
+    ...     ar.simulate.demo(duration=5.0).save(path)
+    ...     rec = ar.read(path)
+    >>> len(rec), rec.rate
+    (500, 100.0)
     """
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, sensor, timezone, rate)
     window = _window(between)
@@ -115,8 +142,39 @@ def from_frame(
     timezone: str | None = None,
     rate: float | None = None,
 ) -> Recording:
-    """The recording in a data frame; see `Recording.from_frame`."""
-    from ._frame import recording_of_frame
+    """The recording in a data frame; see `Recording.from_frame`.
+
+    Parameters
+    ----------
+    frame : object
+        As of `Recording.from_frame`, like all others.
+    columns : mapping, optional
+        Names of columns.
+    units : mapping, optional
+        Units of quantities.
+    axes : str, optional
+        Order and signs of the axes, as "x,-y,-z".
+    sensor : str, optional
+        Which one, where there are several.
+    timezone : str, optional
+        Of times without one.
+    rate : float, optional
+        Nominal rate in Hz.
+
+    Returns
+    -------
+    Recording
+        What the columns tell.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> t = np.arange(50) / 100
+    >>> ar.io.from_frame({"t (s)": t, **{f"gyr_{axis} (rad/s)": t for axis in "xyz"}})
+    Recording(50 samples, 0.49 s, 100 Hz, gyr, 'data frame')
+    """
+    from ahrs_rs.io._frame import recording_of_frame
 
     options = _options(None, columns, units, axes, None, None, None, sensor, timezone, rate)
     recording = recording_of_frame(frame, options)
@@ -139,7 +197,52 @@ def read_all(
     format: str | None = None,
     layout: str | os.PathLike[str] | None = None,
 ) -> dict[str, Recording]:
-    """Read all sensors of a file: sensor -> recording. Parameters, warnings and errors are those of `read`."""
+    """Read all sensors of a file: sensor -> recording. Parameters, warnings and errors are those of `read`.
+
+    Parameters
+    ----------
+    path : path-like or file object
+        As of `read`, like all others.
+    columns : mapping or sequence of str, optional
+        Names of columns.
+    units : mapping, optional
+        Units of quantities.
+    axes : str, optional
+        Order and signs of the axes, as "x,-y,-z".
+    separator : str, optional
+        Between cells.
+    decimal : str, optional
+        The sign before decimals.
+    skip_rows : int, optional
+        Rows before the table.
+    timezone : str, optional
+        Of times without one.
+    between : tuple, optional
+        First and last time.
+    rate : float, optional
+        Nominal rate in Hz.
+    format : str, optional
+        Of `formats`.
+    layout : str or path-like, optional
+        A TOML file with such options.
+
+    Returns
+    -------
+    dict
+        The recordings by the names of their sensors.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "walk.npz")
+    ...     ar.simulate.demo(duration=5.0).save(path)
+    ...     found = ar.read_all(path)
+    >>> len(found)
+    1
+    """
     options = _options(layout, columns, units, axes, separator, decimal, skip_rows, None, timezone, rate)
     window = _window(between)
     source = _source(path, format)
@@ -160,12 +263,25 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
 
     Parameters
     ----------
-    path, format : as of `read`.
+    path, format : path-like or file object
+        As of `read`.
 
     Returns
     -------
     list of SensorInfo
         Their names are what ``read(..., sensor=)`` takes.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "walk.npz")
+    ...     ar.simulate.demo(duration=5.0).save(path)
+    ...     found = ar.sensors(path)
+    >>> found[0].samples["gyr"]
+    500
     """
     source, options = _source(path, format), Options()
     name = _named(source, format)
@@ -180,8 +296,20 @@ def sensors(path: Readable, *, format: str | None = None) -> list[SensorInfo]:
 
 
 def formats() -> dict[str, Format]:
-    """Name -> format, of all that are known, in the order in which they are looked for."""
-    from ._registry import FORMATS  # here, so that the package is imported without its readers
+    """Name -> format, of all that are known, in the order in which they are looked for.
+
+    Returns
+    -------
+    dict of str to Format
+        Of all that are known, in the order in which they are looked for.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> "npz" in ar.io.formats()
+    True
+    """
+    from ahrs_rs.io._registry import FORMATS  # here, so that the package is imported without its readers
 
     return FORMATS
 
@@ -195,7 +323,7 @@ def _options(layout: str | os.PathLike[str] | None, *given: Any) -> Options:
     if options.axes is not None:
         axes_matrix(options.axes)  # wrong ones are told before a file is read
     if options.timezone is not None:
-        from ._moments import known_zone  # here: it is rarely asked for
+        from ahrs_rs.io._moments import known_zone  # here: it is rarely asked for
 
         known_zone(options.timezone)
     return options
@@ -240,7 +368,7 @@ def _load(source: Source, format: str | None, options: Options) -> tuple[str, di
 
 def _named(source: Source, format: str | None) -> str:
     """The name of the source's format."""
-    from ._preamble import is_text  # here, so that the package is imported without it
+    from ahrs_rs.io._preamble import is_text  # here, so that the package is imported without it
 
     known = formats()
     if format is not None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _atomic
-from ._estimate import write_columns_csv, write_columns_parquet
-from ._names import AXES
-from ._npz import STREAM
-from ._table import META
+from ahrs_rs import _atomic
+from ahrs_rs.io._estimate import write_columns_csv, write_columns_parquet
+from ahrs_rs.io._names import AXES
+from ahrs_rs.io._npz import STREAM
+from ahrs_rs.io._table import META
 
 if TYPE_CHECKING:
-    from ..recording import Recording
+    from ahrs_rs._recording import Recording
 
 #: Arrays of rows.
 ROWS = ("t", "gyr", "acc", "mag", "ref", "mask", "temperature")
@@ -25,7 +25,26 @@ UNITS = {"t": "s", "gyr": "rad/s", "acc": "m/s2", "mag": "uT", "temperature": "d
 
 
 def save_recording(recording: Recording, path: Path) -> None:
-    """Write a recording, by the ending of the name; see `Recording.save`."""
+    """Write a recording, by the ending of the name; see `Recording.save`.
+
+    Parameters
+    ----------
+    recording : Recording
+        What is written.
+    path : path-like
+        The ending tells the format: .npz, .parquet or .csv.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> with TemporaryDirectory() as folder:
+    ...     ar.io.save_recording(rec, Path(folder, "walk.npz"))
+    ...     len(ar.read(Path(folder, "walk.npz")))
+    500
+    """
     ending = path.suffix.lower()
     if ending == ".npz":
         _npz(recording, path)

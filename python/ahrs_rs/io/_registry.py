@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from ._contents import Options, SensorData, SensorInfo
-from ._source import Source
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo
+from ahrs_rs.io._source import Source
 
 #: Options of a table of columns.
 TABLE = frozenset({"columns", "units", "separator", "decimal", "skip_rows", "timezone"})

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import Options, SensorData
-from ._preamble import Layout, cells, head_lines, table_width
-from ._source import Source
-from ._text import read_columns
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._preamble import Layout, cells, head_lines, table_width
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._text import read_columns
 
 SEPARATOR = ";"
 

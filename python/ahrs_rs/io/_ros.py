@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from . import _attitude
-from ._contents import Options, SensorData, SensorInfo, require
-from ._library import refuse, shortened, understood
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, require
+from ahrs_rs.io._library import refuse, shortened, understood
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n", b"SQLite format 3\0"
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import _atomic
-from ._contents import FloatArray, require
+from ahrs_rs import _atomic
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import require
 
 if TYPE_CHECKING:
-    from ..estimate import Estimate
-    from ..recording import Recording
+    from ahrs_rs._estimate import Estimate
+    from ahrs_rs._recording import Recording
 
 #: Topics of the messages, and the frame of the sensor.
 IMU, ORIENTATION, FRAME = "/imu/data", "/imu/orientation", "imu_link"

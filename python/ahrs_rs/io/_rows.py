@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _plausible
-from .._arrays import seconds as seconds_of_dates
-from .._rate import nominal_rate
-from ._columns import SENSORS, Choice, Clock, assumed_unit, is_sizeless, shown
-from ._contents import FloatArray, Options, SensorData
-from ._moments import seconds_of_text
-from ._names import Column, looks_like_sensor, quantity_of_name
-from ._profiles import Profile
-from ._stamps import EPOCH, seconds, unwrapped, utc, wrap_of
-from ._units import ASSUMED, conversion, unit_key
+from ahrs_rs import _plausible
+from ahrs_rs._arrays import seconds as seconds_of_dates
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._rate import nominal_rate
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._columns import SENSORS, Choice, Clock, assumed_unit, is_sizeless, shown
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._moments import seconds_of_text
+from ahrs_rs.io._names import Column, looks_like_sensor, quantity_of_name
+from ahrs_rs.io._profiles import Profile
+from ahrs_rs.io._stamps import EPOCH, seconds, unwrapped, utc, wrap_of
+from ahrs_rs.io._units import ASSUMED, conversion, unit_key
 
 #: A column that tells sensors apart has no more different values than this.
 MOST_SENSORS = 64
@@ -239,7 +241,7 @@ def _force_by_its_size(arrays: dict[str, NDArray[Any]], data: SensorData) -> Non
     force = arrays["linear_acceleration"]
     norms = np.linalg.norm(force, axis=1)
     known = norms[np.isfinite(norms)]
-    if known.size and abs(float(np.median(known)) - _plausible.GRAVITY) < 0.2 * _plausible.GRAVITY:
+    if known.size and abs(float(np.median(known)) - GRAVITY) < 0.2 * GRAVITY:
         arrays["acc"] = arrays.pop("linear_acceleration")
         data.say("assumed", "acc: a linear acceleration with a median norm near 9.8 m/s² is taken as holding gravity")
 

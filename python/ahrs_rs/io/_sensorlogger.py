@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData
-from ._lines import header_of, is_text, read_named
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import header_of, is_text, read_named
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 XYZ, WXYZ = ("x", "y", "z"), ("qw", "qx", "qy", "qz")
 #: File -> stream, columns, factor to SI.
@@ -35,7 +37,6 @@ FILES: dict[str, tuple[str, tuple[str, ...], float]] = {
     "compass": ("heading", ("magneticBearing",), np.pi / 180.0),
 }
 UNCALIBRATED = {"gyroscopeuncalibrated": "gyr", "accelerometeruncalibrated": "acc", "magnetometeruncalibrated": "mag"}
-G = 9.80665
 #: Accelerations, which iOS gives with the other sign.
 ACCELERATIONS = ("acc", "linear_acceleration", "gravity")
 CLOCK = "time"
@@ -169,7 +170,7 @@ def _uncalibrated(
             data.say("ignored", f"{PurePosixPath(files[kind]).name}, as {other[-1]} is calibrated")
             continue
         raw = _is_ios(metadata) and metadata.get("standardisation", "").strip().lower() != "true"
-        factor = -G if stream == "acc" and raw else 1.0
+        factor = -GRAVITY if stream == "acc" and raw else 1.0
         _take(source, files[kind], stream, XYZ, factor, stamps, values, data)
 
 

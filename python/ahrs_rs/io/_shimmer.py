@@ -13,11 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData
-from ._lines import Table, cells, head_lines, is_number, is_text, read_table, separator_of
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import Table, cells, head_lines, is_number, is_text, read_table, separator_of
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 #: Signal, as its name without device, axis and CAL in lower case -> stream. The order is that of preference.
 SIGNALS = {
@@ -48,7 +50,7 @@ CLOCKS = (
 QUATERNIONS = ("quat_mpu_9dof", "quat_madge_9dof", "quat_mpu_6dof", "quat_madge_6dof", "quaternion")
 #: Unit, letters and digits only -> factor to SI.
 UNITS = {
-    "acc": {"ms2": 1.0, "msec2": 1.0, "msecs2": 1.0, "g": 9.80665},
+    "acc": {"ms2": 1.0, "msec2": 1.0, "msecs2": 1.0, "g": GRAVITY},
     "gyr": {"degs": np.pi / 180.0, "degsec": np.pi / 180.0, "degreess": np.pi / 180.0, "rads": 1.0},
     "mag": {"localflux": 1.0, "nounits": 1.0, "nounit": 1.0, "ut": 1.0, "gauss": 100.0, "mgauss": 0.1, "nt": 1e-3},
     "time": {"ms": 1e-3, "msecs": 1e-3, "mseconds": 1e-3, "s": 1.0, "us": 1e-6},
@@ -56,7 +58,7 @@ UNITS = {
 #: Units of a magnetometer that tell its direction only.
 DIRECTIONS = ("localflux", "nounits", "nounit")
 #: A low-noise accelerometer (±2 g) that reaches this part of 2 g has clipped, m/s².
-CLIPPED = 0.98 * 2 * 9.80665
+CLIPPED = 0.98 * 2 * GRAVITY
 
 _NAME = re.compile(
     r"(?P<device>shimmer_[0-9a-z]{1,12}?_|[^_]*?shimmer[^_]*_)?(?P<signal>.+?)(_(?P<axis>[xyzw]))?", re.I

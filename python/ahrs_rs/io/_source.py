@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
-from ._contents import one_line
+from ahrs_rs.io._contents import one_line
 
 #: How many first bytes tell the format.
 SNIFF_BYTES = 4096

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray
+from ahrs_rs._typing import FloatArray
 
 #: A clock that shows more seconds than this counts since an epoch, not since the device was switched on (3 years).
 EPOCH = 1e8

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _attitude
-from ._contents import Options, SensorData
-from ._lines import head_lines, is_text
-from ._source import Source
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import head_lines, is_text
+from ahrs_rs.io._source import Source
 
 END = "endheader"
 #: Numbers of a unit quaternion in text differ by no more than this.

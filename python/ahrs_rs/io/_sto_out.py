@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import _atomic
-from .._rate import nominal_rate
-from .._streams import Stream
-from ._contents import FloatArray
+from ahrs_rs import _atomic
+from ahrs_rs._rate import nominal_rate
+from ahrs_rs._streams import Stream
+from ahrs_rs._typing import FloatArray
 
 if TYPE_CHECKING:
-    from ..estimate import Estimate
+    from ahrs_rs._estimate import Estimate
 
 #: The version of OpenSim whose reader the layout was tried with.
 OPENSIM = "4.6"
@@ -32,9 +32,11 @@ def write_sto(path: str | os.PathLike[str], estimates: Mapping[str, Estimate]) -
 
     Parameters
     ----------
-    path : ends in .sto.
-    estimates : name of the sensor in the model, as "pelvis_imu" -> estimate of one recording; their stamps are of one
-        clock.
+    path : str or path-like
+        Ends in .sto.
+    estimates : mapping
+        Name of the sensor in the model, as "pelvis_imu" -> estimate of one recording; their stamps
+        are of one clock.
 
     Raises
     ------

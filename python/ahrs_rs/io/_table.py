@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _preamble, _text
-from ._columns import Choice, choose
-from ._contents import Options, SensorData, SensorInfo, one_line, require
-from ._names import Column, quantity_of_name
-from ._npz import before
-from ._preamble import Layout
-from ._profiles import Profile, adapter, profile_of
-from ._rows import TableData, require_sensor, sensor_data
-from ._source import Source
+from ahrs_rs.io import _preamble, _text
+from ahrs_rs.io._columns import Choice, choose
+from ahrs_rs.io._contents import Options, SensorData, SensorInfo, one_line, require
+from ahrs_rs.io._names import Column, quantity_of_name
+from ahrs_rs.io._npz import before
+from ahrs_rs.io._preamble import Layout
+from ahrs_rs.io._profiles import Profile, adapter, profile_of
+from ahrs_rs.io._rows import TableData, require_sensor, sensor_data
+from ahrs_rs.io._source import Source
 
 #: Under this key the metadata of a Parquet file has `Recording.meta` and the rate.
 META = "ahrs_rs"
@@ -262,7 +262,7 @@ def _width(kind: Any) -> int:
 
 
 def _column_of(table: Any, header: str) -> NDArray[Any]:
-    from .._arrays import of_arrow
+    from ahrs_rs._arrays import of_arrow
 
     name, _, index = header.partition("\0")
     column = table[name]

@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import FloatArray, Options, SensorData, require
-from ._library import refuse, understood
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import Options, SensorData, require
+from ahrs_rs.io._library import refuse, understood
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 ACC, GYR, MAG = (
     tuple(f"{name}{axis}{unit}" for axis in "xyz") for name, unit in (("a", "_mps2"), ("g", "_rad_s"), ("m", "_uT"))

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import FloatArray, one_line, require
-from ._preamble import Layout, cells, encoding_of
-from ._source import Source
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import one_line, require
+from ahrs_rs.io._preamble import Layout, cells, encoding_of
+from ahrs_rs.io._source import Source
 
 #: Spellings of a missing value.
 MISSING = (

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _atomic
-from ._contents import FloatArray, Options, SensorData
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs import _atomic
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
 _LINE = re.compile(rb"\s*[-+.\deE]+(?:[ \t]+[-+.\deE]+){7}\s*")
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .._plausible import GRAVITY
+from ahrs_rs._constants import GRAVITY
 
 DEGREE = np.pi / 180.0
 

@@ -13,36 +13,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _attitude
-from ._contents import Options, SensorData
-from ._lines import head_lines, is_text, read_named
-from ._source import Source
-from ._stamps import seconds, utc
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import head_lines, is_text, read_named
+from ahrs_rs.io._source import Source
+from ahrs_rs.io._stamps import seconds, utc
 
-G = 9.80665
 #: File, in lower case -> stream -> its columns without units, and the factor to SI.
 XIMU3: dict[str, dict[str, tuple[tuple[str, ...], float]]] = {
     "inertial.csv": {
         "gyr": (tuple(f"Gyroscope {axis}" for axis in "XYZ"), np.pi / 180.0),
-        "acc": (tuple(f"Accelerometer {axis}" for axis in "XYZ"), G),
+        "acc": (tuple(f"Accelerometer {axis}" for axis in "XYZ"), GRAVITY),
     },
     "magnetometer.csv": {"mag": (("X", "Y", "Z"), 1.0)},
-    "highgaccelerometer.csv": {"acc_high_range": (("X", "Y", "Z"), G)},
+    "highgaccelerometer.csv": {"acc_high_range": (("X", "Y", "Z"), GRAVITY)},
     "temperature.csv": {"temperature": (("Temperature",), 1.0)},
     "quaternion.csv": {"device_quat": (("W", "X", "Y", "Z"), 1.0)},
-    "linearacceleration.csv": {"linear_acceleration": (("X", "Y", "Z"), G)},
+    "linearacceleration.csv": {"linear_acceleration": (("X", "Y", "Z"), GRAVITY)},
     "rotationmatrix.csv": {"matrix": (("XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"), 1.0)},
     "eulerangles.csv": {"euler": (("Roll", "Pitch", "Yaw"), np.pi / 180.0)},
 }
 NGIMU: dict[str, dict[str, tuple[tuple[str, ...], float]]] = {
     "sensors.csv": {
         "gyr": (tuple(f"Gyroscope {axis}" for axis in "XYZ"), np.pi / 180.0),
-        "acc": (tuple(f"Accelerometer {axis}" for axis in "XYZ"), G),
+        "acc": (tuple(f"Accelerometer {axis}" for axis in "XYZ"), GRAVITY),
         "mag": (tuple(f"Magnetometer {axis}" for axis in "XYZ"), 1.0),
         "pressure": (("Barometer",), 100.0),
     },
     "quaternion.csv": {"device_quat": (("W", "X", "Y", "Z"), 1.0)},
-    "linear.csv": {"linear_acceleration": (("X", "Y", "Z"), G)},
+    "linear.csv": {"linear_acceleration": (("X", "Y", "Z"), GRAVITY)},
     "euler.csv": {"euler": (("Roll", "Pitch", "Yaw"), np.pi / 180.0)},
 }
 UNITS = {"gyr": "deg/s", "acc": "g", "acc_high_range": "g", "linear_acceleration": "g"}

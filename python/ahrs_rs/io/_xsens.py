@@ -12,11 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import _attitude
-from ._contents import FloatArray, Options, SensorData
-from ._lines import Table, cells, head_lines, is_number, is_text, read_table, separator_of
-from ._packets import COUNTER, FINE, packet_times
-from ._source import Source
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.io import _attitude
+from ahrs_rs.io._contents import Options, SensorData
+from ahrs_rs.io._lines import Table, cells, head_lines, is_number, is_text, read_table, separator_of
+from ahrs_rs.io._packets import COUNTER, FINE, packet_times
+from ahrs_rs.io._source import Source
 
 #: Stream -> names of its columns.
 GROUPS: dict[str, tuple[tuple[str, ...], ...]] = {

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _quat
-from ahrs_rs._attitudes import Attitudes
+from ahrs_rs._slerp import Attitudes
+from ahrs_rs._typing import FloatArray
 from ahrs_rs.metrics._orientation import _unit
 from ahrs_rs.metrics._statistics import checked_mask
 
 __all__ = ["Alignment", "align"]
 
-FloatArray = NDArray[np.float64]
 
 EARTH = ("full", "heading", "none")
 #: Samples that are needed: beyond the seven unknowns the residuals have to say something.
@@ -45,38 +45,65 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """ref(t) ≈ q_earth ⊗ est(t + time_offset) ⊗ q_sensor, and what is left."""
+    """ref(t) ≈ q_earth ⊗ est(t + time_offset) ⊗ q_sensor, and what is left.
+
+    Parameters
+    ----------
+    q_earth : ndarray
+        (4,) from the earth frame of the estimate to that of the reference.
+    q_sensor : ndarray
+        (4,) from the sensor frame of the reference to that of the estimate.
+    time_offset : float
+        S: what the reference shows at t the estimate shows at t + time_offset. Positive where the
+        estimate is late.
+    rms : float
+        Root of the mean square of the angles that are left, rad: no other such rotations and offset
+        leave less.
+    median : float
+        Median of these angles, rad.
+    largest : float
+        Largest of these angles, rad.
+    samples : int
+        How many samples were compared.
+    determined : bool
+        Whether the motion determines the rotations and the offset: always, unless `align` was told
+        not to ask for it.
+    t : ndarray, optional
+        (T,) the times of the estimate, s; None where no offset was looked for.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=20.0, noise=False)
+    >>> found = ar.metrics.align(rec.ref, rec.ref, rate=100.0)
+    >>> bool(found.determined), round(found.rms, 6)
+    (True, 0.0)
+    """
 
     q_earth: FloatArray
-    """(4,) from the earth frame of the estimate to that of the reference."""
     q_sensor: FloatArray
-    """(4,) from the sensor frame of the reference to that of the estimate."""
     time_offset: float
-    """s: what the reference shows at t the estimate shows at t + time_offset. Positive where the estimate is late."""
     rms: float
-    """Root of the mean square of the angles that are left, rad: no other such rotations and offset leave less."""
     median: float
-    """Median of these angles, rad."""
     largest: float
-    """Largest of these angles, rad."""
     samples: int
-    """How many samples were compared."""
     determined: bool
-    """Whether the motion determines the rotations and the offset: always, unless `align` was told not to ask for it."""
     t: FloatArray | None = field(default=None, repr=False)
-    """(T,) the times of the estimate, s; None where no offset was looked for."""
 
     def apply(self, q: ArrayLike, *, t: ArrayLike | None = None) -> FloatArray:
         """The estimate in the frames and at the times of the reference.
 
         Parameters
         ----------
-        q : (T, 4), or any (..., 4) where the time offset is zero.
-        t : (T,) the times of q, s; by default those of the estimate that was aligned.
+        q : array_like
+            (T, 4), or any (..., 4) where the time offset is zero.
+        t : array_like, optional
+            (T,) the times of q, s; by default those of the estimate that was aligned.
 
         Returns
         -------
-        The shape of q; NaN where the estimate would be needed before its first or after its last sample.
+        ndarray
+            (T, 4) at the times of the reference.
         """
         quat = _unit("q", q)
         if self.time_offset:
@@ -92,6 +119,20 @@ class Alignment:
 
         The estimate is that of `apply`, and both are turned into the earth frame of the estimate, whose z axis is the
         vertical: heading and inclination errors mean nothing in an earth frame with another one.
+
+        Parameters
+        ----------
+        q : array_like
+            (T, 4) the estimate.
+        ref : array_like
+            (T, 4) the reference.
+        t : array_like, optional
+            (T,) stamps of the estimate in s; by default those of the alignment.
+
+        Returns
+        -------
+        tuple
+            Estimate and reference, (T, 4) each.
         """
         back = _quat.conjugate(self.q_earth)
         return _quat.multiply(back, self.apply(q, t=t)), _quat.multiply(back, _unit("ref", ref))
@@ -117,17 +158,34 @@ def align(
 
     Parameters
     ----------
-    q : (T, 4) estimate.
-    ref : (T, 4) reference at the same times; rows with NaN (missing) are left out.
-    mask : bool (T,), the samples that count; None takes all of them.
-    t : (T,) s, not decreasing; or rate : Hz. One of them is needed where the offset is looked for.
-    earth : ``"full"``, any rotation between the earth frames; ``"heading"``, one about the vertical (both have z up);
-        ``"none"``, they are the same.
-    sensor : whether there is a rotation between the sensor frames.
-    time : whether there is an offset between the clocks.
-    largest_offset : s, where the offset is searched: -largest_offset to largest_offset.
-    check : False takes one of the rotations that fit alike where the motion does not determine them (`determined` says
-        so). That is enough for a score, which they do not change; it is no calibration of the frames.
+    q : array_like
+        (T, 4) estimate.
+    ref : array_like
+        (T, 4) reference at the same times; rows with NaN (missing) are left out.
+    mask : array_like, optional
+        Bool (T,), the samples that count; None takes all of them.
+    t : array_like, optional
+        (T,) s, not decreasing; or rate : Hz. One of them is needed where the offset is looked for.
+    rate : float, optional
+        Hz, in place of stamps.
+    earth : str, optional
+        ``"full"``, any rotation between the earth frames; ``"heading"``, one about the vertical
+        (both have z up); ``"none"``, they are the same.
+    sensor : bool, optional
+        Whether there is a rotation between the sensor frames.
+    time : bool, optional
+        Whether there is an offset between the clocks.
+    largest_offset : float, optional
+        S, where the offset is searched: -largest_offset to largest_offset.
+    check : bool, optional
+        False takes one of the rotations that fit alike where the motion does not determine them
+        (`determined` says so). That is enough for a score, which they do not change; it is no
+        calibration of the frames.
+
+    Returns
+    -------
+    Alignment
+        Rotations, offset, and what is left.
 
     Raises
     ------
@@ -139,6 +197,13 @@ def align(
     First guess: the offset by the norms of the angular rates, which no rotation changes; the sensor frame by the
     rotations over 0.1 s, which no earth frame changes (least squares by singular values); the earth frame by the mean
     of quaternions. Then Gauss-Newton over all unknowns, the estimate interpolated (slerp).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=20.0, noise=False)
+    >>> round(ar.metrics.align(rec.ref, rec.ref, rate=100.0).rms, 6)
+    0.0
     """
     est, truth = _unit("q", q), _unit("ref", ref)
     if est.ndim != 2 or est.shape != truth.shape:
@@ -155,7 +220,7 @@ def align(
         raise ValueError(f"q, ref: expected at least {FEWEST} samples with an estimate and a reference, got {compared}")
     given = t is not None or rate is not None
     if time and not given:
-        raise ValueError("t, rate: one of them must be given to find a time offset (or time=False)")
+        raise ValueError("t: expected stamps, or rate, to find a time offset (or time=False), got neither")
     # Without stamps the rotations over 0.1 s are those over ten samples.
     times = _times(t, rate if given else 10.0 / SPAN, len(est))
 

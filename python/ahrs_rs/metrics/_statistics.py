@@ -5,14 +5,13 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Box", "box", "gae", "imre", "mad", "mae", "mape", "rmse"]
+from ahrs_rs._typing import FloatArray
 
-FloatArray: TypeAlias = NDArray[np.float64]
+__all__ = ["Box", "box", "gae", "imre", "mad", "mae", "mape", "rmse"]
 
 
 def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
@@ -20,12 +19,21 @@ def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
 
     Parameters
     ----------
-    error : (..., T)
-    mask : bool, broadcast to `error`; None takes every sample.
+    error : array_like
+        (..., T).
+    mask : array_like, optional
+        Bool, broadcast to `error`; None takes every sample.
 
     Returns
     -------
-    A float for (T,), an array (...) otherwise; NaN where no sample is left.
+    float or ndarray
+        A number for (T,), else an array (...,).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.rmse([3.0, -4.0, 5.0]), 6)
+    4.082483
     """
     values = _errors(error)
     counted = ~np.isnan(values)
@@ -39,7 +47,26 @@ def rmse(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
 
 
 def mae(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
-    """Mean of the absolute errors, as `rmse`."""
+    """Mean of the absolute errors, as `rmse`.
+
+    Parameters
+    ----------
+    error : array_like
+        (..., T) errors; NaN where there is none.
+    mask : array_like, optional
+        (..., T) the samples that count; by default all of them.
+
+    Returns
+    -------
+    float or ndarray
+        A number, or (...,) for errors (..., T).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.mae([3.0, -4.0, 5.0]), 6)
+    4.0
+    """
     return _each(error, mask, lambda values: float(np.abs(values).mean()))
 
 
@@ -50,11 +77,26 @@ def mape(
 
     Parameters
     ----------
-    error : (..., T)
-    truth : what the error is an error of, in its unit, broadcast to `error`.
-    mask : bool, broadcast to `error`; None takes every sample.
-    least : samples whose truth is not larger than this in size do not count. A percentage of zero is not defined, and
-        one of a truth that is close to zero says nothing of the error.
+    error : array_like
+        (..., T).
+    truth : array_like
+        What the error is an error of, in its unit, broadcast to `error`.
+    mask : array_like, optional
+        Bool, broadcast to `error`; None takes every sample.
+    least : float, optional
+        Samples whose truth is not larger than this in size do not count. A percentage of zero is
+        not defined, and one of a truth that is close to zero says nothing of the error.
+
+    Returns
+    -------
+    float or ndarray
+        In percent.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.mape([1.0, -1.0], [10.0, 20.0]), 6)
+    7.5
     """
     values = _errors(error)
     try:
@@ -70,12 +112,49 @@ def mad(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
     """Median absolute deviation: the median of the distances to the median, as `rmse`.
 
     A constant error has none.
+
+    Parameters
+    ----------
+    error : array_like
+        (..., T) errors; NaN where there is none.
+    mask : array_like, optional
+        (..., T) the samples that count; by default all of them.
+
+    Returns
+    -------
+    float or ndarray
+        A number, or (...,) for errors (..., T).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.mad([3.0, -4.0, 5.0]), 6)
+    2.0
     """
     return _each(error, mask, lambda values: float(np.median(np.abs(values - np.median(values)))))
 
 
 def gae(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
-    """Geometric mean of the absolute errors, as `rmse`; zero where one of them is zero."""
+    """Geometric mean of the absolute errors, as `rmse`; zero where one of them is zero.
+
+    Parameters
+    ----------
+    error : array_like
+        (..., T) errors; NaN where there is none.
+    mask : array_like, optional
+        (..., T) the samples that count; by default all of them.
+
+    Returns
+    -------
+    float or ndarray
+        A number, or (...,) for errors (..., T).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.gae([3.0, -4.0, 5.0]), 6)
+    3.914868
+    """
 
     def mean(values: FloatArray) -> float:
         size = np.abs(values)
@@ -89,25 +168,60 @@ def imre(error: ArrayLike, mask: ArrayLike | None = None) -> float | FloatArray:
 
     The smallest and the largest absolute error are replaced by the middle between them, again and again, until one
     number is left. It is less than the mean moved by a few large errors.
+
+    Parameters
+    ----------
+    error : array_like
+        (..., T) errors; NaN where there is none.
+    mask : array_like, optional
+        (..., T) the samples that count; by default all of them.
+
+    Returns
+    -------
+    float or ndarray
+        A number, or (...,) for errors (..., T).
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> round(ar.metrics.imre([3.0, -4.0, 5.0]), 6)
+    4.0
     """
     return _each(error, mask, lambda values: _iterative_mid_range(np.abs(values)))
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """The numbers of a box-and-whisker plot; arrays (...) for errors (..., T)."""
+    """The numbers of a box-and-whisker plot; arrays (...) for errors (..., T).
+
+    Parameters
+    ----------
+    low : float or ndarray
+        The smallest value that is no outlier, where the lower whisker ends.
+    q1 : float or ndarray
+        The lower quartile.
+    median : float or ndarray
+        The median.
+    q3 : float or ndarray
+        The upper quartile.
+    high : float or ndarray
+        The largest value that is no outlier, where the upper whisker ends.
+    outliers : float or ndarray
+        How many values lie beyond the whiskers.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.metrics.box([1.0, 2.0, 3.0, 4.0]).median
+    2.5
+    """
 
     low: float | FloatArray
-    """The smallest value that is no outlier, where the lower whisker ends."""
     q1: float | FloatArray
-    """The lower quartile."""
     median: float | FloatArray
     q3: float | FloatArray
-    """The upper quartile."""
     high: float | FloatArray
-    """The largest value that is no outlier, where the upper whisker ends."""
     outliers: float | FloatArray
-    """How many values lie beyond the whiskers."""
 
 
 def box(error: ArrayLike, mask: ArrayLike | None = None, *, whisker: float = 1.5) -> Box:
@@ -115,14 +229,29 @@ def box(error: ArrayLike, mask: ArrayLike | None = None, *, whisker: float = 1.5
 
     Parameters
     ----------
-    error : (..., T)
-    mask : bool, broadcast to `error`; None takes every sample.
-    whisker : a value is an outlier if it lies farther than this times the quartiles' distance beyond a quartile;
-        ``math.inf`` takes the whiskers to the most distant values.
+    error : array_like
+        (..., T).
+    mask : array_like, optional
+        Bool, broadcast to `error`; None takes every sample.
+    whisker : float, optional
+        A value is an outlier if it lies farther than this times the quartiles' distance beyond a
+        quartile; ``math.inf`` takes the whiskers to the most distant values.
+
+    Returns
+    -------
+    Box
+        Median, quartiles, whiskers and the number of outliers.
 
     Notes
     -----
     Quartiles are interpolated linearly between the sorted values, as in `numpy.percentile`.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> found = ar.metrics.box([1.0, 2.0, 3.0, 4.0])
+    >>> found.q1, found.q3
+    (1.75, 3.25)
     """
     if not whisker >= 0.0:
         raise ValueError(f"whisker: expected a number that is not negative, got {whisker}")

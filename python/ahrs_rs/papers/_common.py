@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ahrs_rs import metrics
+from ahrs_rs._estimate import Estimate
 from ahrs_rs._filter import Filter
-from ahrs_rs.batch import run_many
-from ahrs_rs.estimate import Estimate
+from ahrs_rs._recording import Recording
+from ahrs_rs._run_many import run_many
+from ahrs_rs._typing import FloatArray
 from ahrs_rs.papers._study import Cell, Table, Verdict
-from ahrs_rs.recording import Recording
 
-FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 Judge: TypeAlias = Callable[[T], Verdict]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import importlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
@@ -13,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from ahrs_rs import _atomic
+from ahrs_rs._optional import require
 from ahrs_rs._printable import printable
+from ahrs_rs._version import __version__
 from ahrs_rs.papers._study import Plot, Study, Table
 from ahrs_rs.papers._text import claims_with_numbers, comma_separated, is_number, numeric
 
@@ -64,22 +65,49 @@ figures.forEach((figure, index) => {{
 
 
 def require_plotly() -> Any:
-    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing."""
-    try:
-        return importlib.import_module("plotly.offline")
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "plotly":
-            raise
-        raise ImportError("the report needs plotly: pip install ahrs-rs[papers]") from error
+    """The module that has plotly's JavaScript; an ImportError that says what to install, where plotly is missing.
+
+    Returns
+    -------
+    module
+        ``plotly.offline``.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.require_plotly().__name__  # doctest: +SKIP
+    """
+    return require("plotly.offline", "papers", "the report needs")
 
 
-def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequence[str]) -> list[Path]:
+def write_report(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequence[str]) -> list[Path]:
     """Write report.html and a CSV file for every table into a directory; return their paths.
+
+    Parameters
+    ----------
+    studies : sequence of Study
+        From `study`.
+    directory : path-like
+        Where to.
+    seed : int
+        Of the simulations.
+    recordings : sequence of str
+        Names of the real recordings.
+
+    Returns
+    -------
+    list of path-like
+        What was written; report.html first.
 
     Raises
     ------
     ImportError
         plotly is not installed.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.write_report([ar.papers.study("cirillo2014")], "report", 0, [])  # doctest: +SKIP
     """
     library = require_plotly().get_plotlyjs()
     figures = [plot for study in studies for plot in study.plots]
@@ -99,8 +127,6 @@ def write(studies: Sequence[Study], directory: Path, seed: int, recordings: Sequ
 
 def environment(seed: int, recordings: Sequence[str]) -> dict[str, str]:
     """What the numbers were made with."""
-    from ahrs_rs import __version__
-
     return {
         "ahrs_rs": __version__,
         "Python": platform.python_version(),

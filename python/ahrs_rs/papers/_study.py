@@ -20,21 +20,53 @@ POINTS = 1500
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Numbers, with the published ones beside ours."""
+    """Numbers, with the published ones beside ours.
+
+    Parameters
+    ----------
+    title : str
+        Of the table.
+    columns : sequence of str
+        Their names.
+    rows : sequence of sequence of object
+        Their cells; None: not known.
+    note : str, optional
+        What stands below.
+    form : str, optional
+        How numbers are shown; CSV files have all digits.
+    measured : bool, optional
+        Whether it holds times, which no two runs have in common.
+    local : sequence of str, optional
+        Columns that say something of this machine only; tracked documents leave them out.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.Table("Errors", ["filter", "deg"], [["VQF", 1.5]]).shown()
+    (['filter', 'deg'], [['VQF', '1.50']])
+    """
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     note: str = ""
     form: str = ".2f"
-    """How numbers are shown; CSV files have all digits."""
     measured: bool = False
-    """Whether it holds times, which no two runs have in common."""
     local: Sequence[str] = ()
-    """Columns that say something of this machine only; tracked documents leave them out."""
 
     def shown(self, *, portable: bool = False) -> tuple[list[str], list[list[str]]]:
-        """Columns and rows as text; `portable` leaves out what is of this machine only."""
+        """Columns and rows as text; `portable` leaves out what is of this machine only.
+
+        Parameters
+        ----------
+        portable : bool, optional
+            Leave out what is of this machine only.
+
+        Returns
+        -------
+        tuple
+            Names of the columns, and the cells of each row.
+        """
         kept = [i for i, name in enumerate(self.columns) if not (portable and name in self.local)]
         return [self.columns[i] for i in kept], [[self._text(row[i]) for i in kept] for row in self.rows]
 
@@ -48,7 +80,21 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a claim holds in one of the two worlds, and the numbers that say so."""
+    """Whether a claim holds in one of the two worlds, and the numbers that say so.
+
+    Parameters
+    ----------
+    holds : bool
+        Whether it does.
+    numbers : str
+        Which say so.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.Verdict(True, "1 < 2").word
+    'holds'
+    """
 
     holds: bool
     numbers: str
@@ -61,17 +107,49 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A conclusion of a paper."""
+    """A conclusion of a paper.
+
+    Parameters
+    ----------
+    text : str
+        What the paper says.
+    simulated : Verdict, optional
+        Whether it holds in the simulation; None: not tried.
+    real : Verdict, optional
+        The same for real recordings.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> claim = ar.papers.Claim("It holds", ar.papers.Verdict(True, "1 < 2"), None)
+    >>> claim.simulated.word
+    'holds'
+    """
 
     text: str
     simulated: Verdict | None
     real: Verdict | None
-    """None where the recordings cannot say, or are not there."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A figure as plotly draws it."""
+    """A figure as plotly draws it.
+
+    Parameters
+    ----------
+    title : str
+        Of the figure.
+    data : sequence of mapping
+        Plotly's traces.
+    layout : mapping
+        Plotly's layout.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.Plot("Errors", [], {}).title
+    'Errors'
+    """
 
     title: str
     data: Sequence[Mapping[str, Any]]
@@ -80,14 +158,33 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """One paper reproduced."""
+    """One paper reproduced.
+
+    Parameters
+    ----------
+    name : str
+        As of its presets.
+    title : str
+        Authors, title, where it appeared.
+    protocol : str
+        What was done here, and where that is not what the paper did.
+    tables : sequence of Table
+        With the published numbers beside ours.
+    claims : sequence of Claim
+        Of the paper.
+    plots : sequence of Plot, optional
+        For the report.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.Study("nobody1999", "A title", "A protocol", [], []).name
+    'nobody1999'
+    """
 
     name: str
-    """As of its presets."""
     title: str
-    """Authors, title, where it appeared."""
     protocol: str
-    """What was done here, and where that is not what the paper did."""
     tables: Sequence[Table]
     claims: Sequence[Claim]
     plots: Sequence[Plot] = field(default_factory=list)

@@ -10,7 +10,25 @@ from ahrs_rs.papers._study import Study, Table, Verdict
 
 
 def plain(table: Table) -> str:
-    """For a terminal."""
+    """A table for a terminal.
+
+    Parameters
+    ----------
+    table : Table
+        Of a study.
+
+    Returns
+    -------
+    str
+        Several lines.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> table = ar.papers.Table("Errors", ["filter", "deg"], [["VQF", 1.5]])
+    >>> ar.papers.plain(table).splitlines()[-1]
+    'VQF     1.50'
+    """
     columns, rows = table.shown()
     lines = [table.title, ""]
     widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)]
@@ -39,7 +57,24 @@ def comma_separated(table: Table) -> str:
 
 
 def claims(studies: Sequence[Study]) -> Table:
-    """All conclusions, and whether they hold."""
+    """All conclusions, and whether they hold.
+
+    Parameters
+    ----------
+    studies : sequence of Study
+        From `study`.
+
+    Returns
+    -------
+    Table
+        A row a claim.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.papers.claims([]).title
+    'Claims'
+    """
     rows = [
         [study.name, claim.text, _word(claim.simulated), _word(claim.real)]
         for study in studies

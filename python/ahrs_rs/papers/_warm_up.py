@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 import ahrs_rs as ar
-from ahrs_rs.papers._common import FloatArray
+from ahrs_rs._typing import FloatArray
 from ahrs_rs.papers._study import Cell, Plot, Table, Verdict, lines
 
 #: Table 4, SparkFun's gyroscope: slope and value at 0 °C of its bias, in °/s.

@@ -13,15 +13,35 @@ that changing one effect leaves all others as they are.
 - `demo(...)`: a hand-held sensor, the simulation that the command `ahrs-rs demo` shows.
 """
 
-from ._demo import CONSUMER_MEMS, SensorErrors, demo
-from ._record import Setup, Truth, record
-from .functions import Function, Modulo, Piecewise, Polynomial, Sum, Waves, bumps, constant, moves, spline
-from .magnetic import FIELD, Dipole, Disturbance, IronFloor, Switched
-from .motion import GRAVITY, Compound, EulerMotion, Motion, PacedMotion, SplineMotion, ThrustMotion, still
-from .presets import SENSORS
-from .protocols import rotors
-from .scenarios import SCENARIOS, Plan, Scenario, scenario
-from .sensor import Clock, Sensor, Temperature, Triad
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs.simulate._demo import CONSUMER_MEMS, SensorErrors, demo
+from ahrs_rs.simulate._functions import (
+    Function,
+    Modulo,
+    Piecewise,
+    Polynomial,
+    Sum,
+    Waves,
+    bumps,
+    constant,
+    moves,
+    spline,
+)
+from ahrs_rs.simulate._magnetic import FIELD, Dipole, Disturbance, IronFloor, Switched
+from ahrs_rs.simulate._motion import (
+    Compound,
+    EulerMotion,
+    Motion,
+    PacedMotion,
+    SplineMotion,
+    ThrustMotion,
+    still,
+)
+from ahrs_rs.simulate._presets import SENSORS
+from ahrs_rs.simulate._protocols import rotors
+from ahrs_rs.simulate._record import Setup, Truth, record
+from ahrs_rs.simulate._scenarios import SCENARIOS, Plan, Scenario, scenario
+from ahrs_rs.simulate._sensor import Clock, Sensor, Temperature, Triad
 
 __all__ = [
     "CONSUMER_MEMS",

@@ -7,11 +7,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..recording import Recording
-from ._record import Setup, check_positive, check_seed
-from .functions import FloatArray, Waves
-from .magnetic import DEGREE
-from .motion import GRAVITY, EulerMotion, PacedMotion
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.simulate._functions import Waves
+from ahrs_rs.simulate._magnetic import DEGREE
+from ahrs_rs.simulate._motion import EulerMotion, PacedMotion
+from ahrs_rs.simulate._record import Setup, check_positive, check_seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +22,22 @@ class SensorErrors:
 
     Parameters
     ----------
-    gyr_density : one-sided noise density of the gyroscope, rad/s/√Hz; a sample at f Hz has density · √(f/2).
-    acc_density : of the accelerometer, m/s²/√Hz.
-    mag_noise : standard deviation of a magnetometer sample, µT.
-    gyr_bias : standard deviation of the constant bias of each axis, rad/s.
-    acc_bias : the same of the accelerometer, m/s².
+    gyr_density : float
+        One-sided noise density of the gyroscope, rad/s/√Hz; a sample at f Hz has density · √(f/2).
+    acc_density : float
+        Of the accelerometer, m/s²/√Hz.
+    mag_noise : float
+        Standard deviation of a magnetometer sample, µT.
+    gyr_bias : float
+        Standard deviation of the constant bias of each axis, rad/s.
+    acc_bias : float
+        The same of the accelerometer, m/s².
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> ar.simulate.CONSUMER_MEMS.gyr_bias > 0.0
+    True
     """
 
     gyr_density: float
@@ -119,10 +132,14 @@ def demo(duration: float = 60.0, rate: float = 100.0, seed: int = 0, *, noise: b
 
     Parameters
     ----------
-    duration : s; the recording has round(duration · rate) samples.
-    rate : Hz.
-    seed : of the random motion and of the sensor errors.
-    noise : False leaves the sensor errors out; the motion stays the same.
+    duration : float, optional
+        S; the recording has round(duration · rate) samples.
+    rate : float, optional
+        Hz.
+    seed : int, optional
+        Of the random motion and of the sensor errors.
+    noise : bool, optional
+        False leaves the sensor errors out; the motion stays the same.
 
     Returns
     -------
@@ -136,6 +153,13 @@ def demo(duration: float = 60.0, rate: float = 100.0, seed: int = 0, *, noise: b
     ------
     ValueError
         A duration or rate that is not positive, fewer than two samples, a negative seed.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=10.0, seed=1)
+    >>> rec.gyr.shape
+    (1000, 3)
     """
     check_positive("duration", duration)
     check_positive("rate", rate)

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _quat
-from ..recording import Recording
-from .functions import FloatArray
-from .magnetic import FIELD, Disturbance
-from .motion import GRAVITY, Motion
-from .noise import Drift, Effect, Part, missing_rows, stream
-from .sensor import Sensor, Triad, as_dict
+from ahrs_rs import _quat
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._recording import Recording
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.simulate._magnetic import FIELD, Disturbance
+from ahrs_rs.simulate._motion import Motion
+from ahrs_rs.simulate._noise import Drift, Effect, Part, missing_rows, stream
+from ahrs_rs.simulate._sensor import Sensor, Triad, as_dict
 
 #: Samples that are computed at a time: the temporary arrays of a block stay in the processor's cache.
 BLOCK = 8192
@@ -31,12 +32,26 @@ class Truth:
 
     Parameters
     ----------
-    t : (T,) the true times of the samples, s.
-    position : (T, 3) m in ENU.
-    gyr, acc, mag : (T, 3) what an exact sensor reads, with the disturbances of the field; mag None without one.
-    disturbance : (T, 3) the part of `mag` that is not the earth's field, µT in the sensor's axes.
-    gyr_bias, acc_bias, mag_bias : (T, 3) the additive errors without white noise: constant, drift, temperature.
-    temperature : (T,) °C, or None.
+    t : ndarray
+        (T,) the true times of the samples, s.
+    position : ndarray
+        (T, 3) m in ENU.
+    gyr, acc, mag : ndarray
+        (T, 3) what an exact sensor reads, with the disturbances of the field; mag None without one.
+    disturbance : ndarray, optional
+        (T, 3) the part of `mag` that is not the earth's field, µT in the sensor's axes.
+    gyr_bias, acc_bias, mag_bias : ndarray
+        (T, 3) the additive errors without white noise: constant, drift, temperature.
+    temperature : ndarray, optional
+        (T,) °C, or None.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> setup = ar.simulate.Setup(motion=ar.simulate.still(), rate=100.0, duration=1.0)
+    >>> rec, truth = setup.record_with_truth()
+    >>> truth.position.shape == rec.gyr.shape
+    True
     """
 
     t: FloatArray
@@ -57,18 +72,37 @@ class Setup:
 
     Parameters
     ----------
-    motion : what the sensor follows.
-    rate : Hz.
-    duration : s; a recording has round(duration · rate) samples, at 0, 1/rate, 2/rate, ...
-    sensor : its errors; by default an exact one.
-    disturbances : of the magnetic field, added up.
-    earth_field : the earth's magnetic field in ENU, µT.
-    gravity : m/s².
-    rates : "mean": gyr[k] is the mean angular rate over the time since the sample before, by which a turn takes the
-        attitude of that one exactly to this one (for the first sample: over 1/rate); "instantaneous": at the sample.
-    scored : intervals in s of the samples that count (`Recording.mask`); None: all of them.
-    phases : name -> intervals in s, for the recording's meta: what happens when.
-    name : of the simulation, for the recording's meta.
+    motion : Motion
+        What the sensor follows.
+    rate : float
+        Hz.
+    duration : float
+        S; a recording has round(duration · rate) samples, at 0, 1/rate, 2/rate, ...
+    sensor : Sensor, optional
+        Its errors; by default an exact one.
+    disturbances : tuple of Disturbance, optional
+        Of the magnetic field, added up.
+    earth_field : ndarray, optional
+        The earth's magnetic field in ENU, µT.
+    gravity : float, optional
+        M/s².
+    rates : str, optional
+        "mean": gyr[k] is the mean angular rate over the time since the sample before, by which a
+        turn takes the attitude of that one exactly to this one (for the first sample: over 1/rate);
+        "instantaneous": at the sample.
+    scored : sequence of tuple, optional
+        Intervals in s of the samples that count (`Recording.mask`); None: all of them.
+    phases : mapping, optional
+        Name -> intervals in s, for the recording's meta: what happens when.
+    name : str, optional
+        Of the simulation, for the recording's meta.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> setup = ar.simulate.Setup(motion=ar.simulate.still(), rate=100.0, duration=1.0)
+    >>> len(setup.record(seed=1))
+    100
     """
 
     motion: Motion
@@ -111,11 +145,32 @@ class Setup:
         scale and misalignment. What changes with time is in the truth: see `record_with_truth`.
 
         The arrays take 112 bytes a sample (`temperature` 8 more), and at most 70 more while they are made.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of the errors.
+
+        Returns
+        -------
+        Recording
+            With the errors of the sensor.
         """
         return _Run(self, seed, truth=False).recording()
 
     def record_with_truth(self, seed: int = 0) -> tuple[Recording, Truth]:
-        """The same recording, and the truth of every row: apart, because it takes twice its memory."""
+        """The same recording, and the truth of every row: apart, because it takes twice its memory.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of the errors.
+
+        Returns
+        -------
+        tuple
+            The recording, and what no sensor knows.
+        """
         run = _Run(self, seed, truth=True)
         return run.recording(), run.truth()
 
@@ -131,7 +186,39 @@ def record(
     earth_field: FloatArray = FIELD,
     rates: str = RATES[0],
 ) -> Recording:
-    """The recording of a sensor that follows a motion: see `Setup` for the parameters and `Setup.record`."""
+    """The recording of a sensor that follows a motion: see `Setup` for the parameters and `Setup.record`.
+
+    Parameters
+    ----------
+    motion : Motion
+        What the sensor follows.
+    rate : float
+        Hz.
+    duration : float
+        s.
+    sensor : Sensor, optional
+        Its errors; by default none.
+    seed : int, optional
+        Of the errors.
+    disturbances : tuple of Disturbance, optional
+        Fields that are added to the earth's.
+    earth_field : ndarray, optional
+        (3,) µT, ENU.
+    rates : str, optional
+        "mean" or "instantaneous", see `Setup`.
+
+    Returns
+    -------
+    Recording
+        With its exact orientation.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.record(ar.simulate.still(), rate=100.0, duration=1.0)
+    >>> rec.rate
+    100.0
+    """
     setup = Setup(
         motion=motion,
         rate=rate,

@@ -2,7 +2,7 @@
 
 >>> import ahrs_rs as ar
 >>> recordings = [ar.simulate.demo(duration=20.0, seed=seed) for seed in range(4)]
->>> tuned = ar.tuning.grid(ar.Madgwick, recordings, {"beta": (0.01, 1.0)}, test=0.5)
+>>> tuned = ar.tuning.grid(ar.Madgwick, {"beta": (0.01, 1.0)}, recordings, test=0.5)
 >>> f = tuned.make(rate=100.0)
 
 `grid` tries every combination, `evolve` is a genetic search (differential evolution, by scipy) for more than two or

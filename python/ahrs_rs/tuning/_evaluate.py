@@ -14,14 +14,28 @@ from numpy.typing import NDArray
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, job
 from ahrs_rs._filter import Filter
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 from ahrs_rs.tuning._space import Value
 
 FORMAT = "ahrs_rs.tuning checkpoint"
 
 
 class TuningInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a search. With a checkpoint the same call goes on from there, and ends as if nothing had been."""
+    """Ctrl-C during a search. With a checkpoint the same call goes on from there, and ends as if nothing had been.
+
+    Parameters
+    ----------
+    evaluated : int
+        How many parameter sets are done.
+    checkpoint : path-like, optional
+        Where they are kept, if anywhere.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> issubclass(ar.tuning.TuningInterrupted, KeyboardInterrupt)
+    True
+    """
 
     def __init__(self, evaluated: int, checkpoint: Path | None) -> None:
         kept = "they are lost, as there is no checkpoint" if checkpoint is None else f"they are kept in {checkpoint}"

@@ -23,14 +23,29 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scores:
-    """Errors over some of the recordings: with the parameters found, and with the filter's defaults."""
+    """Errors over some of the recordings: with the parameters found, and with the filter's defaults.
+
+    Parameters
+    ----------
+    recordings : list of int
+        Which of the recordings.
+    errors : ndarray
+        (R,) with the parameters found; NaN where no sample counts.
+    defaults : ndarray
+        (R,) with the defaults.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.grid(ar.Madgwick, {"beta": [0.02, 0.1]}, [rec])
+    >>> found.train.errors.shape
+    (1,)
+    """
 
     recordings: list[int]
-    """Which of the recordings."""
     errors: NDArray[np.float64]
-    """(R,) with the parameters found; NaN where no sample counts."""
     defaults: NDArray[np.float64]
-    """(R,) with the defaults."""
 
     @property
     def mean(self) -> float:
@@ -45,31 +60,74 @@ class Scores:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tuned:
-    """The parameters with the smallest mean error, and what that error is where they were not chosen on."""
+    """The parameters with the smallest mean error, and what that error is where they were not chosen on.
+
+    Parameters
+    ----------
+    filter : str
+        The name of the filter.
+    params : dict
+        Those that were searched, and those that were held at a given value; all others have their
+        defaults.
+    metric : str
+        What was made small.
+    method : str
+        "grid" or "evolve".
+    seed : int
+        Of all that is random.
+    evaluated : int
+        How many parameter sets were tried.
+    train : Scores
+        On the recordings that the parameters were chosen on.
+    test : Scores, optional
+        On the others.
+    history : list of float, optional
+        The smallest mean error after each generation.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.grid(ar.Madgwick, {"beta": [0.02, 0.1]}, [rec])
+    >>> found.filter, found.evaluated
+    ('Madgwick', 2)
+    """
 
     filter: str
-    """The name of the filter."""
     params: dict[str, Value]
-    """Those that were searched, and those that were held at a given value; all others have their defaults."""
     metric: str
     method: str
-    """"grid" or "evolve"."""
     seed: int
     evaluated: int
-    """How many parameter sets were tried."""
     train: Scores
-    """On the recordings that the parameters were chosen on."""
     test: Scores | None
-    """On the others."""
     history: list[float] = field(default_factory=list)
-    """The smallest mean error after each generation."""
 
     def make(self, **keywords: Any) -> Filter:
-        """The filter with these parameters; further keywords are those of its constructor, as ``rate``."""
+        """The filter with these parameters; further keywords are those of its constructor, as ``rate``.
+
+        Parameters
+        ----------
+        **keywords : object
+            Of the constructor, as ``rate``.
+
+        Returns
+        -------
+        Filter
+            The filter.
+        """
         return FILTERS[self.filter](**{**self.params, **keywords})
 
     def save(self, path: str | os.PathLike[str], names: list[str] | None = None) -> None:
-        """Write a JSON file that `load` reads; `names` are those of the recordings, for the reader."""
+        """Write a JSON file that `load` reads; `names` are those of the recordings, for the reader.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Of a JSON file.
+        names : list of str, optional
+            Those of the recordings, for the reader.
+        """
         data: dict[str, Any] = {"format": FORMAT, "version": VERSION}
         data |= {key: getattr(self, key) for key in ("filter", "params", "metric", "method", "seed", "evaluated")}
         for part in ("train", "test"):
@@ -79,7 +137,18 @@ class Tuned:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Tuned:
-        """What `save` wrote; ``ValueError`` for another file."""
+        """What `save` wrote; ``ValueError`` for another file.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Of a file that `save` wrote.
+
+        Returns
+        -------
+        Tuned
+            The parameters and their errors.
+        """
         try:
             data = _json.read(path)
         except ValueError:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs._cells import Metric
-from ahrs_rs._filter import SETTINGS, Filter
+from ahrs_rs._engine import SETTINGS
+from ahrs_rs._filter import Filter
+from ahrs_rs._optional import require
 from ahrs_rs._progress import progress_count
-from ahrs_rs.recording import Recording
+from ahrs_rs._recording import Recording
 from ahrs_rs.tuning._evaluate import Evaluator, TuningInterrupted
 from ahrs_rs.tuning._result import Scores, Tuned
 from ahrs_rs.tuning._space import Axis, Value, at, combinations, space
@@ -26,8 +29,8 @@ Checkpoint = str | os.PathLike[str] | None
 
 def grid(
     filter: type[Filter],
-    recordings: Iterable[Recording],
-    params: Params = None,
+    params: Params | Iterable[Recording] = None,
+    recordings: Iterable[Recording] | Params = (),
     *,
     points: int = 21,
     metric: Metric = "total",
@@ -42,20 +45,36 @@ def grid(
 
     Parameters
     ----------
-    filter : the class, of ``ar.FILTERS``
-    recordings : with `ref`, unless the metric is a function
-    params : which parameters and where, as in `space`
-    points : so many values of each number
-    metric : as in `ahrs_rs.sweep`: ``"total"``, ``"heading"``, ``"inclination"``, or a function of an `Estimate` and a
-        `Recording` (slower); the mean over the recordings is made small
-    fixed : parameters that are held at other values than their defaults
-    test : recordings on which the parameters are not chosen but judged, or which part of `recordings` is taken away
-        for that, as 0.3: whole recordings, drawn by the seed
-    seed : of the draw
-    checkpoint : a file in which the errors are kept while they are computed: the same call after an interruption goes
-        on from it. A function as metric is known by its name only
-    progress : show a progress bar, if standard error is a terminal
-    settings : threads, dtype, frame, declination and gyr_hold, as in `ahrs_rs.sweep`
+    filter : type
+        The class, of ``ar.FILTERS``.
+    params : mapping or sequence of str or iterable of Recording, optional
+        Which parameters and where, as in `space`.
+    recordings : iterable of Recording or mapping or sequence of str, optional
+        With `ref`, unless the metric is a function.
+    points : int, optional
+        So many values of each number.
+    metric : str or callable, optional
+        As in `ahrs_rs.sweep`: ``"total"``, ``"heading"``, ``"inclination"``, or a function of an
+        `Estimate` and a `Recording` (slower); the mean over the recordings is made small.
+    fixed : mapping, optional
+        Parameters that are held at other values than their defaults.
+    test : float or sequence of Recording, optional
+        Recordings on which the parameters are not chosen but judged, or which part of `recordings`
+        is taken away for that, as 0.3: whole recordings, drawn by the seed.
+    seed : int, optional
+        Of the draw.
+    checkpoint : path-like, optional
+        A file in which the errors are kept while they are computed: the same call after an
+        interruption goes on from it. A function as metric is known by its name only.
+    progress : bool, optional
+        Show a progress bar, if standard error is a terminal.
+    **settings : object
+        Threads, dtype, frame, declination and gyr_hold, as in `ahrs_rs.sweep`.
+
+    Returns
+    -------
+    Tuned
+        The parameters and their errors.
 
     Raises
     ------
@@ -63,7 +82,16 @@ def grid(
         for parameters that the filter does not have, recordings without truth, a checkpoint of another search.
     TuningInterrupted
         for Ctrl-C.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.grid(ar.Madgwick, {"beta": (0.01, 1.0)}, [rec], points=5)
+    >>> sorted(found.params)
+    ['beta']
     """
+    params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
     sets = [{**(fixed or {}), **one} for one in combinations(axes, points)]
 
@@ -76,8 +104,8 @@ def grid(
 
 def evolve(
     filter: type[Filter],
-    recordings: Iterable[Recording],
-    params: Params = None,
+    params: Params | Iterable[Recording] = None,
+    recordings: Iterable[Recording] | Params = (),
     *,
     population: int = 15,
     generations: int = 50,
@@ -96,15 +124,52 @@ def evolve(
 
     Parameters
     ----------
-    population : so many sets for each parameter; a generation is computed at once
-    generations : at most
-    tolerance : the search ends earlier where the errors of a generation differ by less than this part of their mean
-    seed : of the search, and of the draw of the test recordings
+    filter : type
+        The class, of ``ar.FILTERS``.
+    params : mapping or sequence of str or iterable of Recording, optional
+        Which parameters and where, as in `space`.
+    recordings : iterable of Recording or mapping or sequence of str, optional
+        With `ref`, unless the metric is a function.
+    population : int, optional
+        So many sets for each parameter; a generation is computed at once.
+    generations : int, optional
+        At most.
+    tolerance : float, optional
+        The search ends earlier where the errors of a generation differ by less than this part of
+        their mean.
+    metric : str or callable, optional
+        As in `ahrs_rs.sweep`.
+    fixed : mapping, optional
+        Parameters that are held at other values than their defaults.
+    test : float or sequence of Recording, optional
+        Recordings for the test, or which part of `recordings` is taken away for it.
+    seed : int, optional
+        Of the search, and of the draw of the test recordings.
+    checkpoint : path-like, optional
+        A file in which the errors are kept.
+    progress : bool, optional
+        Show a progress bar, if standard error is a terminal.
+    **settings : object
+        Threads, dtype, frame, declination, gyr_hold, as in `ahrs_rs.sweep`.
+
+    Returns
+    -------
+    Tuned
+        The parameters and their errors.
 
     Notes
     -----
     The defaults are tried first, and are in the first generation if they are within the ranges.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> found = ar.tuning.evolve(ar.Madgwick, ["beta"], [rec], generations=1, population=4)
+    >>> sorted(found.params)
+    []
     """
+    params, recordings = _in_order(params, recordings)
     axes = space(filter, params)
     sets = 1 + (generations + 1) * max(population * len(axes), 5)
 
@@ -125,10 +190,7 @@ def _evolve(
     tolerance: float,
     seed: int,
 ) -> list[float]:
-    try:
-        from scipy import optimize
-    except ModuleNotFoundError as error:
-        raise ImportError("tuning.evolve needs scipy: pip install ahrs-rs[rotation]") from error
+    optimize = require("scipy.optimize", "scipy", "tuning.evolve needs")
     search: Any = optimize.differential_evolution  # whose type does not know what vectorized=True changes
     history: list[float] = []
 
@@ -159,6 +221,27 @@ def _evolve(
     except RuntimeError as error:  # scipy puts a metric's ValueError under one that blames the mapping
         raise error.__cause__ or error from None
     return history
+
+
+def _in_order(
+    params: Params | Iterable[Recording], recordings: Iterable[Recording] | Params
+) -> tuple[Params, Iterable[Recording]]:
+    """Parameters and recordings, also where they come in the order of version 0.0, which their types tell."""
+    if _is_params(params):
+        return cast(Params, params), cast("Iterable[Recording]", recordings)
+    warnings.warn(
+        "params: expected before recordings, as in ahrs_rs.sweep; the old order will be an error",
+        DeprecationWarning,
+        stacklevel=3,
+    )
+    # Parameters that were not given are an empty tuple here.
+    return cast(Params, recordings or None), cast("Iterable[Recording]", params)
+
+
+def _is_params(value: object) -> bool:
+    if value is None or isinstance(value, (str, Mapping)):
+        return True
+    return isinstance(value, Sequence) and all(isinstance(each, str) for each in value)
 
 
 def _split(recordings: Iterable[Recording], test: Test, seed: int) -> tuple[list[Recording], list[int], list[int]]:

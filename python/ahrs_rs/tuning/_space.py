@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from ahrs_rs._filter import Filter
 from ahrs_rs._param import Param
+from ahrs_rs._sweep import require_class
+from ahrs_rs._validate import did_you_mean
 
 Value: TypeAlias = float | str | bool
 
@@ -26,17 +28,34 @@ MOST_SETS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One parameter and where it is looked for."""
+    """One parameter and where it is looked for.
+
+    Parameters
+    ----------
+    name : str
+        Of what is made.
+    low : float
+        Of a number; of a choice 0.
+    high : float
+        Of a number; of a choice the number of its options minus one.
+    log : bool
+        Whether the scale is logarithmic.
+    options : tuple of float, str or bool, optional
+        What there is to choose from.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> (beta,) = ar.tuning.space(ar.Madgwick, {"beta": (0.01, 1.0)})
+    >>> beta.low, beta.high, beta.log
+    (0.01, 1.0, False)
+    """
 
     name: str
     low: float
-    """Of a number; of a choice 0."""
     high: float
-    """Of a number; of a choice the number of its options minus one."""
     log: bool
-    """Whether the scale is logarithmic."""
     options: tuple[Value, ...] | None = None
-    """What there is to choose from."""
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -44,7 +63,18 @@ class Axis:
         return (math.log10(self.low), math.log10(self.high)) if self.log else (self.low, self.high)
 
     def value(self, coordinate: float) -> Value:
-        """The parameter at a coordinate within the bounds."""
+        """The parameter at a coordinate within the bounds.
+
+        Parameters
+        ----------
+        coordinate : float
+            Within `bounds`.
+
+        Returns
+        -------
+        float, str or bool
+            Of the parameter.
+        """
         if self.options is not None:
             return self.options[round(coordinate)]
         first, last = self.bounds
@@ -54,7 +84,18 @@ class Axis:
         return min(max(number, self.low), self.high)
 
     def coordinate(self, value: Value) -> float | None:
-        """Where a value lies, or None where it is outside."""
+        """Where a value lies, or None where it is outside.
+
+        Parameters
+        ----------
+        value : float, str or bool
+            Of the parameter.
+
+        Returns
+        -------
+        float, optional
+            None where it is outside.
+        """
         if self.options is not None:
             return float(self.options.index(value)) if value in self.options else None
         if isinstance(value, (str, bool)) or not self.low <= value <= self.high:
@@ -62,7 +103,18 @@ class Axis:
         return math.log10(value) if self.log else value
 
     def points(self, count: int) -> list[Value]:
-        """`count` values evenly spread over the scale, the ends among them, or all options."""
+        """`count` values evenly spread over the scale, the ends among them, or all options.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        list of float, str or bool
+            In increasing order.
+        """
         if self.options is not None:
             return list(self.options)
         return [self.value(each) for each in np.linspace(*self.bounds, count)]
@@ -73,10 +125,23 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
 
     Parameters
     ----------
-    filter : the class, of ``ar.FILTERS``
-    params : the names of the parameters, or a dict from them to where they are looked for: a tuple (low, high), which
-        is searched on a logarithmic scale where low is positive and high is more than 100 times of it; a list of
-        values; or None, for what the registry says. Without it, every number with a scale is searched.
+    filter : type
+        The class, of ``ar.FILTERS``.
+    params : sequence of str or mapping, optional
+        The names of the parameters, or a dict from them to where they are looked for: a tuple (low,
+        high), which is searched on a logarithmic scale where low is positive and high is more than
+        100 times of it; a list of values; or None, for what the registry says. Without it, every
+        number with a scale is searched.
+
+    Returns
+    -------
+    list of Axis
+        An axis for each parameter.
+
+    Raises
+    ------
+    ValueError
+        for a parameter that the filter does not have, a value out of its range, no scale, no parameter at all.
 
     Notes
     -----
@@ -84,11 +149,13 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
     from a thousandth to a thousand times of that within the range, on a logarithmic scale; a number whose default is
     zero has no scale, and its range must be given. Of a choice all options are tried.
 
-    Raises
-    ------
-    ValueError
-        for a parameter that the filter does not have, a value out of its range, no scale, no parameter at all.
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> [axis.name for axis in ar.tuning.space(ar.Mahony, ["kp", "ki"])]
+    ['kp', 'ki']
     """
+    require_class(filter)
     if params is None:
         params = [name for name, param in filter.PARAMS.items() if _has_scale(param)]
     if isinstance(params, str):
@@ -99,7 +166,8 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
     unknown = [name for name in wanted if name not in filter.PARAMS]
     if unknown:
         known = ", ".join(filter.PARAMS) or "none"
-        raise ValueError(f"params: {filter.NAME} has no parameter {unknown[0]!r}; it has {known}")
+        hint = did_you_mean(unknown[0], filter.PARAMS)
+        raise ValueError(f"params: {filter.NAME} has no parameter {unknown[0]!r}{hint}; it has {known}")
     return [_axis(filter.PARAMS[name], where) for name, where in wanted.items()]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import cwa, dataflash, gopro, readings, texts, ulog, written
+from devices import cwa, dataflash, gopro, readings, texts, ulog, written
 
 #: How the single file of a sample is called.
 START = datetime(2026, 1, 2, 3, 4, 5)

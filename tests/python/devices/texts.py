@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from . import readings
+from devices import readings
 
 XYZ = "XYZ"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import readings
+from devices import readings
 
 START = 1_700_000_000_000_000_005
 

@@ -1,0 +1,284 @@
+"""The result of a run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ahrs_rs import _native
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._dataframe import Table, data_frame
+from ahrs_rs._optional import require
+from ahrs_rs._state import State
+from ahrs_rs._typing import Floats
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+    from ahrs_rs._recording import Recording
+
+
+class _Later:
+    """Stamps and states of an estimate, made when they are first asked for: most runs are short, and few want them."""
+
+    __slots__ = ("_make",)
+    _make: Callable[[str], Any]
+    """Gives an attribute by its name."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Called where a slot is empty.
+        if name not in ("t", "state"):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        value = self._make(name)
+        object.__setattr__(self, name, value)
+        return value
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Estimate(_Later, Table):
+    """Attitudes of one recording (T samples), or of N recordings of T samples.
+
+    Quaternions are scalar-first ``[w, x, y, z]``, of unit norm, and rotate from the sensor frame to the earth frame
+    that the filter was made for. Their sign is continuous along time.
+
+    Parameters
+    ----------
+    quat : ndarray
+        (T, 4) or (N, T, 4).
+    gyr_bias : ndarray, optional
+        (..., T, 3) gyroscope bias in rad/s, or None where the filter estimates none.
+    status : ndarray
+        (..., T) bits of `ahrs_rs.Status`.
+    t : ndarray
+        (T,) stamps in s, or (N, T) where they differ between recordings.
+    state : State or list of State, optional
+        After the last sample (a list of N for N recordings): ``run(..., state=est.state)`` goes on
+        from here; None of an offline filter.
+    extra : mapping
+        What ``outputs=`` asked for, by name: (..., T, *shape).
+    frame : str, optional
+        The earth frame.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=5.0)
+    >>> est = ar.Madgwick(rate=100.0).run(rec)
+    >>> est.quat.shape, est.euler(degrees=True).shape
+    ((500, 4), (500, 3))
+    """
+
+    quat: Floats
+    gyr_bias: Floats | None
+    status: NDArray[np.uint16]
+    t: NDArray[np.float64]
+    state: State | list[State] | None
+    extra: Mapping[str, Floats]
+    frame: str = "ENU"
+
+    @classmethod
+    def _of_run(
+        cls,
+        quat: Floats,
+        gyr_bias: Floats | None,
+        status: NDArray[np.uint16],
+        extra: Mapping[str, Floats],
+        frame: str,
+        make: Callable[[str], Any],
+    ) -> Self:
+        """An estimate whose stamps and state are made later."""
+        self, put = object.__new__(cls), object.__setattr__
+        put(self, "quat", quat)
+        put(self, "gyr_bias", gyr_bias)
+        put(self, "status", status)
+        put(self, "extra", extra)
+        put(self, "frame", frame)
+        put(self, "_make", make)
+        return self
+
+    def __repr__(self) -> str:
+        parts = [f"quat{self.quat.shape}", str(self.quat.dtype)]
+        if self.gyr_bias is not None:
+            parts.append("gyr_bias")
+        return f"<Estimate {', '.join([*parts, *self.extra])}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A read-only mapping cannot be pickled, its contents can.
+        return _estimate, (self.quat, self.gyr_bias, self.status, self.t, self.state, dict(self.extra), self.frame)
+
+    def __len__(self) -> int:
+        """The number of samples of one recording."""
+        return int(self.quat.shape[-2])
+
+    @property
+    def covariance(self) -> Floats | None:
+        """(..., T, 3, 3) covariance of the attitude error in the sensor frame in rad², or None where not asked for."""
+        return self.extra.get("covariance")
+
+    def euler(self, degrees: bool = False) -> Floats:
+        """Roll, pitch, yaw (..., T, 3) of the intrinsic Z-Y'-X'' sequence, in rad or degrees.
+
+        The order is the reverse of scipy's ``as_euler("ZYX")``, which gives yaw first. Pitch is in [-pi/2, pi/2];
+        where it is at an end of that, roll is 0.
+
+        Parameters
+        ----------
+        degrees : bool, optional
+            Degrees in place of radians.
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3) roll, pitch, yaw.
+        """
+        angles = _native.euler_angles(self.quat)
+        return np.rad2deg(angles) if degrees else angles
+
+    def matrix(self) -> Floats:
+        """Rotation matrices (..., T, 3, 3): ``v_earth = R @ v_sensor``.
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3, 3).
+        """
+        return _native.rotation_matrices(self.quat)
+
+    def rotation(self) -> Rotation:
+        """A ``scipy.spatial.transform.Rotation`` of the same leading shape (needs the extra ``rotation``).
+
+        Returns
+        -------
+        scipy.spatial.transform.Rotation
+            Of the same leading shape.
+        """
+        rotation: type[Rotation] = require("scipy.spatial.transform", "scipy", "rotation needs").Rotation
+        if self.quat.ndim > 2 and self.quat.shape[0] == 0:
+            return rotation.from_quat(self.quat.reshape(-1, 4), scalar_first=True)
+        return rotation.from_quat(self.quat, scalar_first=True)
+
+    def linear_acceleration(self, acc: ArrayLike, frame: str = "earth", *, gravity: float = GRAVITY) -> Floats:
+        """The acceleration of the sensor: its specific force with gravity taken off.
+
+        Parameters
+        ----------
+        acc : array_like
+            (..., T, 3) specific force in the sensor frame, m/s², of the rows of the estimate.
+        frame : str, optional
+            ``"earth"`` or ``"sensor"``, in whose axes it is given.
+        gravity : float, optional
+            Of the place, m/s².
+
+        Returns
+        -------
+        ndarray
+            (..., T, 3) m/s²; NaN where the accelerometer has no sample.
+
+        Raises
+        ------
+        ValueError
+            Another shape or frame.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import ahrs_rs as ar
+        >>> acc = np.tile([0.0, 0.0, 9.80665], (50, 1))
+        >>> ar.Mahony(rate=100.0).run(np.zeros((50, 3)), acc).linear_acceleration(acc)[-1]
+        array([0., 0., 0.])
+        """
+        if frame not in ("earth", "sensor"):
+            raise ValueError(f"frame: expected 'earth' or 'sensor', got {frame!r}")
+        force = np.asarray(acc, dtype=self.quat.dtype)
+        if force.shape != (*self.quat.shape[:-1], 3):
+            raise ValueError(f"acc: expected shape {(*self.quat.shape[:-1], 3)}, got {force.shape}")
+        matrix = self.matrix()
+        up = np.array([0.0, 0.0, -1.0 if self.frame == "NED" else 1.0], dtype=self.quat.dtype) * gravity
+        if frame == "earth":
+            return np.asarray(np.einsum("...ij,...j->...i", matrix, force) - up)
+        return np.asarray(force - np.einsum("...ji,j->...i", matrix, up))
+
+    def save(self, path: str | os.PathLike[str], *, recording: Recording | None = None, degrees: bool = False) -> None:
+        """Write the estimate of one recording to a file.
+
+        Parameters
+        ----------
+        path : str or path-like
+            The ending tells the format:
+
+            - .csv, .parquet: columns t, qw, qx, qy, qz, roll, pitch, yaw, bias_x, bias_y, bias_z where estimated, what
+              ``outputs=`` asked for (covariance_0_1, ...), status
+            - .npz: the same as arrays (quat, euler, gyr_bias, ...)
+            - .sto: for OpenSim; `ahrs_rs.io.write_sto` writes several sensors
+            - .tum: trajectory text, scalar-last, positions zero
+            - .mcap, .ros2 (a folder): messages of ROS 2 (the extra ``ros``), QuaternionStamped, and Imu with
+              `recording`; ROS expects the frame ENU
+        recording : Recording, optional
+            Of the same rows; CSV, Parquet and npz then have the linear acceleration in the earth frame
+            (m/s²), and messages of ROS the readings.
+        degrees : bool, optional
+            Euler angles in degrees and the bias in degrees a second, as their names then say (yaw_deg).
+
+        Raises
+        ------
+        ValueError
+            Another ending, several recordings in one estimate, or a recording of another length.
+        ImportError
+            The format needs a package that is not installed.
+        """
+        from ahrs_rs.io import save_estimate
+
+        save_estimate(path, self, recording, degrees=degrees)
+
+    def to_frame(self) -> Any:
+        """A polars or pandas DataFrame, whichever is installed (polars first), a row a sample.
+
+        Columns ``t, qw, qx, qy, qz, roll, pitch, yaw`` (rad), ``bias_x, bias_y, bias_z`` (rad/s) where estimated,
+        ``status``, the extra outputs with their indices, and ``recording`` where there are N of them.
+
+        Returns
+        -------
+        polars.DataFrame or pandas.DataFrame
+            A row a sample.
+        """
+        return data_frame(self._columns())
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        leading = self.quat.shape[:-1]
+        columns: dict[str, NDArray[Any]] = {}
+        if len(leading) == 2:
+            columns["recording"] = np.repeat(np.arange(leading[0]), leading[1])
+        columns["t"] = np.broadcast_to(self.t, leading).reshape(-1)
+
+        def add(names: list[str], values: Floats) -> None:
+            flat = values.reshape(-1, len(names))
+            columns.update({name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(names)})
+
+        add(["qw", "qx", "qy", "qz"], self.quat)
+        add(["roll", "pitch", "yaw"], self.euler())
+        if self.gyr_bias is not None:
+            add(["bias_x", "bias_y", "bias_z"], self.gyr_bias)
+        for name, values in self.extra.items():
+            shape = values.shape[len(leading) :]
+            add(["_".join([name, *map(str, index)]) for index in np.ndindex(*shape)], values)
+        columns["status"] = self.status.reshape(-1)
+        return columns
+
+
+def _estimate(
+    quat: Floats,
+    gyr_bias: Floats | None,
+    status: NDArray[np.uint16],
+    t: NDArray[np.float64],
+    state: State | list[State] | None,
+    extra: dict[str, Floats],
+    frame: str = "ENU",
+) -> Estimate:
+    """The pickled estimate."""
+    return Estimate(quat, gyr_bias, status, t, state, MappingProxyType(extra), frame)

@@ -1,0 +1,360 @@
+"""Gyroscopes: bias at rest, gain against turns by known angles or against a reference orientation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ahrs_rs import _quat
+from ahrs_rs._typing import FloatArray
+from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, vector
+from ahrs_rs.calibration._model import Calibration
+
+__all__ = ["GyroscopeFit", "Turn", "gyroscope", "gyroscope_from_reference"]
+
+#: Nothing that is called a rest turns faster, rad/s: uncalibrated biases are up to 20 °/s.
+FASTEST_REST = 0.5
+#: A turn of a smaller angle says less about the gain than about the bias, rad.
+SMALLEST_TURN = 0.5
+#: Windows farther from the reference than so many robust standard deviations are left out.
+CUT = 4.0
+WORST_CONDITION = 1e6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """A turn by a known angle about one axis that is fixed in the sensor, from rest to rest.
+
+    Parameters
+    ----------
+    gyr : array_like
+        (T, 3) rad/s, with the rest before and after.
+    axis : str or array_like
+        "x", "y", "z", or a direction (3,) in the sensor frame.
+    angle : float
+        Rad, positive by the right-hand rule.
+    rate : float, optional
+        Hz; or t : (T,) s.
+    t : array_like, optional
+        (n,) stamps in s, in place of the rate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> gyr = np.tile([0.0, 0.0, 1.0], (101, 1))
+    >>> turn = ar.calibration.Turn(gyr, "z", 1.0, rate=100.0)
+    >>> turn.axis, turn.angle
+    ('z', 1.0)
+    """
+
+    gyr: ArrayLike
+    axis: str | ArrayLike
+    angle: float
+    rate: float | None = None
+    t: ArrayLike | None = None
+
+    @property
+    def vector(self) -> FloatArray:
+        """(3,) axis times angle."""
+        if isinstance(self.axis, str):
+            if self.axis not in tuple(AXES):
+                raise ValueError(f"axis: expected x, y, z or a direction, got {self.axis!r}")
+            direction = np.eye(3)[AXES.index(self.axis)]
+        else:
+            direction = vector("axis", self.axis, 3)
+        length = float(np.linalg.norm(direction))
+        if not (math.isfinite(length) and length > 0 and math.isfinite(self.angle)):
+            raise ValueError(f"axis, angle: expected a direction and rad, got {self.axis!r} and {self.angle}")
+        if abs(self.angle) < SMALLEST_TURN:
+            raise CalibrationError(f"angle: expected a turn of at least {SMALLEST_TURN} rad, got {self.angle:.3g}")
+        turned: FloatArray = direction / length * float(self.angle)
+        return turned
+
+    def integral(self, name: str) -> tuple[FloatArray, float, float]:
+        """∫ gyr dt in rad, the duration in s, and Σ dt² in s²; missing rows hold the last rate.
+
+        Parameters
+        ----------
+        name : str
+            Of the turn, for messages.
+
+        Returns
+        -------
+        tuple
+            The integral, the duration and the sum of squared steps.
+        """
+        array, valid = readings(name, self.gyr)
+        if not valid.any() or len(array) < 2:
+            raise CalibrationError(f"{name}: expected a turn, got {int(valid.sum())} readings")
+        last = np.maximum.accumulate(np.where(valid, np.arange(len(array)), int(np.argmax(valid))))
+        dt = steps(len(array), self.rate, self.t)
+        return dt @ array[last[1:]], float(dt.sum()), float(dt @ dt)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GyroscopeFit:
+    """x = G y + b, so that y = S (x − b) with S = G⁻¹.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        S and b.
+    gain : ndarray
+        (3, 3) G; diagonal unless cross axes were asked for.
+    bias : ndarray
+        (3,) rad/s.
+    gain_std : ndarray
+        (3, 3) standard deviations, by the noise at rest as white noise.
+    bias_std : ndarray
+        (3,) rad/s.
+    residual : ndarray
+        (K, 3) rad: what the calibrated turns lack; or (1, 3), the RMS over the windows of a
+        reference.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> fit = ar.calibration.gyroscope(np.full((500, 3), 0.01))
+    >>> fit.bias
+    array([0.01, 0.01, 0.01])
+    """
+
+    calibration: Calibration
+    gain: FloatArray
+    bias: FloatArray
+    gain_std: FloatArray
+    bias_std: FloatArray
+    residual: FloatArray
+
+
+def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool = False) -> GyroscopeFit:
+    """Bias of a gyroscope at rest, and gains from turns by known angles (Hyyti & Visala 2015, section 3.4).
+
+    Parameters
+    ----------
+    rest : array_like
+        (T, 3) rad/s, readings at rest.
+    turns : sequence of Turn, optional
+        At least one about each axis; none leaves the gains at 1.
+    cross_axis : bool, optional
+        Estimate all of G (scale, misalignment) instead of a gain for each axis.
+
+    Returns
+    -------
+    GyroscopeFit
+        The calibration, with its standard deviations.
+
+    Raises
+    ------
+    CalibrationError
+        Readings at rest that turn; turns that do not reach all axes.
+    ValueError
+        A turn whose angle is off by more than a factor of 2: another unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ahrs_rs as ar
+    >>> rates = {name: np.tile(axis, (101, 1)) for name, axis in zip("xyz", np.eye(3))}
+    >>> turns = [ar.calibration.Turn(gyr, name, 1.01, rate=100.0) for name, gyr in rates.items()]
+    >>> ar.calibration.gyroscope(np.zeros((500, 3)), turns).gain.round(6)
+    array([[0.990099, 0.      , 0.      ],
+           [0.      , 0.990099, 0.      ],
+           [0.      , 0.      , 0.990099]])
+    """
+    array, valid = readings("rest", rest)
+    still = array[valid]
+    if len(still) < 2:
+        raise CalibrationError(f"rest: expected readings at rest, got {len(still)}: let the sensor lie still")
+    bias, spread = still.mean(axis=0), still.std(axis=0, ddof=1)
+    _check_rest(bias, spread)
+    variance = spread**2 / len(still)
+    gain, gain_std, residual = np.eye(3), np.zeros((3, 3)), np.zeros((0, 3))
+    if turns:
+        integrals = [turn.integral(f"turns[{k}]") for k, turn in enumerate(turns)]
+        reached = np.array([total - bias * duration for total, duration, _ in integrals])
+        angles = np.array([turn.vector for turn in turns])
+        noise = np.array([spread**2 * square + variance * duration**2 for _, duration, square in integrals])
+        gain, gain_std = fit_gain(angles, reached, noise, cross_axis)
+        residual = reached @ np.linalg.inv(gain).T - angles
+    info = {
+        "method": f"rest and {len(turns)} turns" if turns else "rest",
+        "bias_std": np.sqrt(variance).tolist(),
+        "gain_std": gain_std.tolist(),
+    }
+    inverse = np.linalg.inv(gain).astype(np.float64, copy=False)
+    calibration = Calibration(inverse, bias, info)
+    return GyroscopeFit(calibration, gain, bias, gain_std, np.sqrt(variance), residual)
+
+
+def fit_gain(
+    angles: FloatArray, reached: FloatArray, noise: FloatArray, cross_axis: bool
+) -> tuple[FloatArray, FloatArray]:
+    """G and its standard deviations: reached (K, 3) = G angles (K, 3), with the variances of what was reached."""
+    largest = np.abs(angles).max(axis=0)
+    lacking = [axis for axis, angle in zip(AXES, largest, strict=True) if angle < SMALLEST_TURN]
+    if lacking:
+        raise CalibrationError(f"turns: there is none about {', '.join(lacking)}: turn the sensor by a known angle")
+    ratio = float(np.median(np.linalg.norm(reached, axis=1) / np.linalg.norm(angles, axis=1)))
+    if not 0.5 <= ratio <= 2.0:
+        unit = ": are the readings in °/s?" if 0.5 <= ratio * math.pi / 180 <= 2.0 else ""
+        raise ValueError(f"turns: the readings turn by {ratio:.3g} times the angles that are given{unit}")
+    if not cross_axis:
+        power = (angles**2).sum(axis=0)
+        gain = (angles * reached).sum(axis=0) / power
+        return np.diag(gain), np.diag(np.sqrt((angles**2 * noise).sum(axis=0)) / power)
+    gram = angles.T @ angles
+    if np.linalg.cond(gram) > WORST_CONDITION:
+        raise CalibrationError("turns: their axes lie in a plane: turn the sensor about each of its axes")
+    inverse = np.linalg.inv(gram) @ angles.T  # (3, K)
+    return (inverse @ reached).T, np.sqrt((inverse**2 @ noise).T)
+
+
+def gyroscope_from_reference(
+    gyr: ArrayLike,
+    ref: ArrayLike,
+    *,
+    rate: float | None = None,
+    t: ArrayLike | None = None,
+    window: float = 0.5,
+) -> GyroscopeFit:
+    """Gain and bias of each axis, so that the integrated readings give the rotations of a reference.
+
+    Over windows of the recording the rotation of the reference, q(start)* ⊗ q(end), is compared with the integral of
+    the calibrated readings (exponential map); Gauss-Newton on the six parameters, windows farther off than four robust
+    standard deviations (a reference that is lost) left out.
+
+    Parameters
+    ----------
+    gyr : array_like
+        (T, 3) rad/s; gyr[k] holds over (t[k-1], t[k]].
+    ref : array_like
+        (T, 4) orientations of this sensor's frame, scalar-first, to any fixed frame; NaN where
+        unknown.
+    rate : float, optional
+        Hz; or t : (T,) s.
+    t : array_like, optional
+        (T,) stamps in s, in place of the rate.
+    window : float, optional
+        s. Long windows tell more about the bias, short ones forgive a lost reference.
+
+    Returns
+    -------
+    GyroscopeFit
+        The calibration, with its standard deviations.
+
+    Raises
+    ------
+    CalibrationError
+        Too few windows, or too little turning about an axis; a reference of another frame than the sensor's.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=20.0, noise=False)
+    >>> ar.calibration.gyroscope_from_reference(rec.gyr, rec.ref, rate=100.0).gain.round(2)
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 0., 1.]])
+    """
+    array, _ = readings("gyr", gyr)
+    quat = np.asarray(ref, dtype=np.float64)
+    if quat.shape != (len(array), 4):
+        raise ValueError(f"ref: expected shape ({len(array)}, 4), got {quat.shape}")
+    dt = steps(len(array), rate, t)
+    length = max(round(positive("window", window) / float(np.median(dt[dt > 0]))), 1) if (dt > 0).any() else 1
+    count = len(dt) // length
+    x = array[1 : 1 + count * length].reshape(count, length, 3)
+    step = dt[: count * length].reshape(count, length)
+    ends = quat[: 1 + count * length : length]
+    good = ~np.isnan(x).any(axis=(1, 2)) & ~np.isnan(ends[:-1]).any(axis=1) & ~np.isnan(ends[1:]).any(axis=1)
+    if np.count_nonzero(good) < 10:
+        raise CalibrationError(
+            f"gyr: expected at least 10 windows of {window:g} s with a reference, got {np.count_nonzero(good)}"
+        )
+    ends = ends / np.linalg.norm(ends, axis=1, keepdims=True)
+    target = _quat.multiply(_quat.conjugate(ends[:-1]), ends[1:])[good]
+    x, step = x[good], step[good]
+
+    s, b = np.ones(3), np.zeros(3)
+    keep = np.ones(len(x), dtype=np.bool_)
+    for _ in range(20):
+        error, jacobian = _windows_error(x, step, target, s, b)
+        size = np.linalg.norm(error, axis=1)
+        keep = size <= max(CUT * 1.4826 * float(np.median(size)), 1e-9)
+        j = jacobian[keep].reshape(-1, 6)
+        gram = j.T @ j
+        scale = np.sqrt(np.diag(gram))
+        if not (scale > 0).all() or np.linalg.cond(gram / np.outer(scale, scale)) > WORST_CONDITION:
+            raise CalibrationError("gyr: too little turning for gains: turn the sensor about each of its axes")
+        change = np.linalg.solve(gram, j.T @ error[keep].ravel())
+        s, b = s + change[:3], b + change[3:]
+        if not ((s > 0.5) & (s < 2.0)).all():
+            raise CalibrationError(
+                "ref: does not turn as the sensor does: is it of the sensor's own frame, and gyr in rad/s?"
+            )
+        if float(np.abs(change).max()) < 1e-12:
+            break
+    freedom = max(error[keep].size - 6, 1)
+    covariance = np.linalg.inv(gram) * (float((error[keep] ** 2).sum()) / freedom)
+    std = np.sqrt(np.diag(covariance))
+    if std[:3].max() > 0.1:
+        raise CalibrationError(
+            f"gyr: the gain of {AXES[int(np.argmax(std[:3]))]} would be known to {std[:3].max():.0%} only: "
+            "turn the sensor about each of its axes"
+        )
+    rms = np.sqrt((error[keep] ** 2).mean(axis=0, keepdims=True))
+    info = {
+        "method": f"reference, {int(keep.sum())} windows of {window:g} s",
+        "scale_std": std[:3].tolist(),
+        "bias_std": std[3:].tolist(),
+    }
+    # d(1/s) = ds/s²
+    return GyroscopeFit(Calibration(np.diag(s), b, info), np.diag(1 / s), b, np.diag(std[:3] / s**2), std[3:], rms)
+
+
+def _windows_error(
+    x: FloatArray, dt: FloatArray, target: FloatArray, s: FloatArray, b: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(w, 3) rotation vectors from the integrals to the targets, in the sensor frame at the end; (w, 3, 6) slopes."""
+    after = np.zeros((len(x), 4))
+    after[:, 0] = 1.0
+    jacobian = np.zeros((len(x), 3, 6))
+    for k in range(x.shape[1] - 1, -1, -1):
+        centred = x[:, k] - b
+        h = dt[:, k, None]
+        # The change of this step, turned into the frame of the end: exp(a + da) = exp(a) exp(da) to first order.
+        for axis, unit in enumerate(np.eye(3)):
+            turned = _quat.rotate(_quat.conjugate(after), np.broadcast_to(unit, centred.shape)) * h
+            jacobian[:, :, axis] += turned * centred[:, axis, None]
+            jacobian[:, :, 3 + axis] -= turned * s[axis]
+        after = _quat.multiply(_quat.exp(s * centred * h), after)
+    return _quat.log(_quat.multiply(_quat.conjugate(after), target)), jacobian
+
+
+def steps(count: int, rate: float | None, t: ArrayLike | None) -> FloatArray:
+    """(T − 1,) time between samples, s."""
+    if t is not None:
+        stamps = vector("t", t, count)
+        dt: FloatArray = np.diff(stamps)
+        if not np.isfinite(stamps).all() or (dt < 0).any():
+            raise ValueError("t: expected finite times that do not decrease")
+        return dt
+    if rate is None:
+        raise ValueError("rate: expected a number where t is not given, got None")
+    return np.full(max(count - 1, 0), 1.0 / positive("rate", rate))
+
+
+def _check_rest(bias: FloatArray, spread: FloatArray) -> None:
+    if float(np.abs(bias).max()) > FASTEST_REST:
+        raise CalibrationError(
+            f"rest: turns by {float(np.abs(bias).max()):.3g} rad/s: let the sensor lie still (or are these °/s?)"
+        )
+    if float(spread.max()) > FASTEST_REST:
+        raise CalibrationError(f"rest: varies by {float(spread.max()):.3g} rad/s: let the sensor lie still")
