@@ -228,12 +228,12 @@ def test_out_of_three_dimensions_may_be_strided() -> None:
 @pytest.mark.parametrize(
     ("out", "came"),
     [
-        (np.empty((10, 3)), r"\(10, 3\)"),
-        (np.empty((9, 4)), r"\(9, 4\)"),
-        (np.empty((1, 10, 4)), r"\(1, 10, 4\)"),
-        (np.empty((10, 4), np.float32), "float32"),
-        (np.empty((10, 4), ">f8"), ">f8"),
-        (np.empty((10, 4), np.complex128), "complex128"),
+        (np.zeros((10, 3)), r"\(10, 3\)"),
+        (np.zeros((9, 4)), r"\(9, 4\)"),
+        (np.zeros((1, 10, 4)), r"\(1, 10, 4\)"),
+        (np.zeros((10, 4), np.float32), "float32"),
+        (np.zeros((10, 4), ">f8"), ">f8"),
+        (np.zeros((10, 4), np.complex128), "complex128"),
         (unaligned(np.zeros((10, 4))), "not aligned"),
         (read_only(np.zeros((10, 4))), "not writeable"),
         ([[0.0] * 4] * 10, "list"),

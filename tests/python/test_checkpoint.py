@@ -187,7 +187,7 @@ def test_lines_that_are_none_of_a_checkpoint_are_a_value_error_that_names_file_a
 @pytest.mark.parametrize(
     "changes",
     [{"metric": "heading"}, {"metric": total}, {"dtype": np.float32}, {"frame": "NED"}, {"declination": 0.1}],
-    ids=str,
+    ids=["metric", "function", "dtype", "frame", "declination"],
 )
 def test_a_checkpoint_of_another_sweep_is_refused_and_kept(changes: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "part.jsonl"
