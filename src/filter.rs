@@ -189,6 +189,10 @@ pub trait Filter<S: Scalar>: Clone {
     fn claimed(&self) -> [S; 2] {
         [S::zero(); 2]
     }
+    /// The delay in s of the magnetometer behind the gyroscope, as far as the filter knows it.
+    fn known_mag_delay(&self) -> S {
+        S::zero()
+    }
     /// Starts anew where the mask is true, as the attitude is lost without having been told: what was learnt since may be wrong.
     /// The gyroscope's bias is the one from before.
     fn reopen(&mut self, _lanes: S::Mask, _bias: Vec3<S>) {}

@@ -7,6 +7,7 @@ use super::Estimator;
 use super::intake::Taken;
 use super::reading::{Measured, Reading};
 use crate::filter::{Filter, Magnetometer, Sample};
+use crate::filters::delay::caught_up;
 use crate::filters::kalman::UNKNOWN_ANGLE;
 use crate::scalar::{Mask, Scalar};
 use crate::so3::rotate_by;
@@ -135,8 +136,11 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         }
         let recovering = self.recovery.active();
         let bias = self.filter.gyr_bias();
-        let q = rotate_by(self.filter.attitude(), sample.gyr - bias, dt);
+        let rate = sample.gyr - bias;
+        let q = rotate_by(self.filter.attitude(), rate, dt);
         let mut sample = *sample;
+        // A field of before is off by as much as the sensor has turned since.
+        sample.mag.value = caught_up(sample.mag.value, rate, self.filter.known_mag_delay());
         if F::SPEC.magnetometer != Magnetometer::Feedback {
             sample.mag.valid = S::Mask::splat(false);
         }

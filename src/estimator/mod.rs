@@ -96,6 +96,13 @@ pub struct Estimator<S: Scalar, F> {
 impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
     /// A filter that takes its attitude from the first samples.
     pub fn new(params: &F::Params, settings: Settings) -> Self {
+        Self::without_numbers(params, settings)
+            .with_declination(S::of(settings.declination))
+            .with_gyr_range(S::of(settings.gyr_range))
+    }
+
+    /// The same with the choices of the settings alone. Their numbers are in `f64`, which a microcontroller may have to emulate.
+    pub fn without_numbers(params: &F::Params, settings: Settings) -> Self {
         let (no, yes) = (S::Mask::splat(false), S::Mask::splat(true));
         let frame: Quat<S> = settings.frame.from_enu();
         let mut filter = F::new(params);
@@ -103,7 +110,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             // Level in the chosen frame, with the heading 0 there.
             filter.set_attitude(yes, frame.conj());
         }
-        let new = Estimator {
+        Estimator {
             filter,
             frame: settings.frame,
             intake: Intake::new(&settings),
@@ -121,12 +128,10 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             recovers: false,
             monitor: Monitor::new(),
             attended: None,
-        };
-        new.with_declination(S::of(settings.declination)).with_gyr_range(S::of(settings.gyr_range))
+        }
     }
 
-    /// The same with a declination in rad, positive east: of a new estimator. That of the settings is in `f64`, which a
-    /// microcontroller may have to emulate.
+    /// The same with a declination in rad, positive east, in the scalar: of a new estimator.
     #[must_use]
     pub fn with_declination(mut self, declination: S) -> Self {
         self.declined = (declination.lt(S::zero()) | S::zero().lt(declination)).any();

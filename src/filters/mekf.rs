@@ -194,6 +194,10 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
         let p = &self.error.p;
         [p[(0, 0)].max(p[(1, 1)]), p[(TURN, TURN)]]
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn known_mag_delay(&self) -> S {
+        self.params.mag_delay
+    }
     #[cold]
     #[inline(never)]
     fn reopen(&mut self, lanes: S::Mask, bias: Vec3<S>) {

@@ -60,7 +60,7 @@ where
                 return code;
             }
         }
-        let estimator = Estimator::new(&params, settings);
+        let estimator = Estimator::without_numbers(&params, settings);
         // Numbers in `f32`, which is all that the microcontroller has a unit for.
         let estimator = estimator.with_declination(given.declination).with_gyr_range(given.gyr_range);
         // SAFETY: the caller has checked size and alignment.

@@ -227,6 +227,10 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
         let p = &self.state.p;
         [p[(THETA, THETA)].max(p[(THETA + 1, THETA + 1)]), p[(TURN, TURN)]]
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn known_mag_delay(&self) -> S {
+        self.state.mean[DELAY]
+    }
     #[cold]
     #[inline(never)]
     fn reopen(&mut self, lanes: S::Mask, bias: Vec3<S>) {

@@ -82,6 +82,10 @@ class Filter:
         """Variances of inclination (the larger one of two) and heading, in rad²."""
         raise NotImplementedError
 
+    def known_mag_delay(self) -> float:
+        """Delay in s of the magnetometer behind the gyroscope, as far as it is known."""
+        return 0.0
+
     def reopen(self, bias: Vec3) -> None:
         """Start anew from the present attitude, with this bias of the gyroscope (rad/s)."""
         raise NotImplementedError

@@ -219,7 +219,11 @@ class Driver:
             self.monitor.restart()
             return
         bias = self._bias()
-        q = gyro_step(self.filter.q, minus(rate, bias), dt, "exponential")
+        turning = minus(rate, bias)
+        q = gyro_step(self.filter.q, turning, dt, "exponential")
+        if mag is not None:
+            # A field of before is off by as much as the sensor has turned since.
+            mag = rotate(gyro_step(IDENTITY, turning, -self.filter.known_mag_delay(), "exponential"), mag)
         lost = self.monitor.look(acc, mag if self.filter.follows_field else None, (q, bias), self.filter.claimed())
         if lost is not None:
             self.monitor.restart()

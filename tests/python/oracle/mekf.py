@@ -148,6 +148,10 @@ class MEKF(Filter):
         """Variances of the error's two tilts, the larger one, and of its turn."""
         return max(float(self.p[0, 0]), float(self.p[1, 1])), float(self.p[2, 2])
 
+    def known_mag_delay(self) -> float:
+        """Delay in s of the magnetometer behind the gyroscope: the one that is given."""
+        return self.mag_delay
+
     def reopen(self, bias: Vec3) -> None:
         """Start anew; what is known of field and rest stays."""
         self.p = np.diag([*self.initial, *[self.initial_bias**2] * 3])

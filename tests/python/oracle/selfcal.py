@@ -155,6 +155,10 @@ class SelfCalKF(Filter):
         """Variances of the error's two tilts, the larger one, and of its turn."""
         return max(float(self.p[0, 0]), float(self.p[1, 1])), float(self.p[TURN, TURN])
 
+    def known_mag_delay(self) -> float:
+        """Delay in s of the magnetometer behind the gyroscope: the one that is estimated."""
+        return float(self.x[DELAY])
+
     def reopen(self, bias: Vec3) -> None:
         """Start anew, but for the field and the magnetometer's delay; their variances too are those of the start."""
         self.p = np.diag(self.initial)

@@ -7,7 +7,7 @@ use std::ops::Range;
 const COUNTING: f64 = 0.017453292519943295;
 
 /// Where a recording is cut.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Pieces {
     /// The samples of each piece: the first one is that at the end of a loss.
     pub ranges: Vec<Range<usize>>,
@@ -42,30 +42,36 @@ pub fn pieces(lost: &[f64]) -> Pieces {
 mod tests {
     use super::*;
 
+    /// Where the pieces begin and end, and which samples are amid a loss.
+    fn of(lost: &[f64]) -> (Vec<[usize; 2]>, Vec<usize>) {
+        let Pieces { ranges, amid } = pieces(lost);
+        let amid = amid.iter().enumerate().filter(|(_, amid)| **amid).map(|(index, _)| index);
+        (ranges.iter().map(|range| [range.start, range.end]).collect(), amid.collect())
+    }
+
     #[test]
     fn a_recording_without_a_loss_is_one_piece() {
-        assert_eq!(pieces(&[0.0; 4]), Pieces { ranges: vec![0..4], amid: vec![false; 4] });
-        assert_eq!(pieces(&[]).ranges, [0..0]);
+        assert_eq!(of(&[0.0; 4]), (vec![[0, 4]], vec![]));
+        assert_eq!(of(&[]), (vec![[0, 0]], vec![]));
     }
 
     #[test]
     fn a_piece_begins_with_the_last_sample_of_a_loss() {
-        let found = pieces(&[0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.5, 0.0]);
-        assert_eq!(found.ranges, [0..4, 4..6, 6..8]);
-        assert_eq!(found.amid, [false, false, true, true, false, false, false, false]);
+        let lost = [0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.5, 0.0];
+        assert_eq!(of(&lost), (vec![[0, 4], [4, 6], [6, 8]], vec![2, 3]));
     }
 
     #[test]
     fn a_loss_at_either_end_leaves_no_empty_piece() {
-        assert_eq!(pieces(&[0.1, 0.0, 0.0]).ranges, [0..3]);
-        assert_eq!(pieces(&[0.1, 0.1, 0.0]).ranges, [0..1, 1..3]);
-        assert_eq!(pieces(&[0.0, 0.0, 0.1]).ranges, [0..2, 2..3]);
+        assert_eq!(of(&[0.1, 0.0, 0.0]), (vec![[0, 3]], vec![]));
+        assert_eq!(of(&[0.1, 0.1, 0.0]), (vec![[0, 1], [1, 3]], vec![0]));
+        assert_eq!(of(&[0.0, 0.0, 0.1]), (vec![[0, 2], [2, 3]], vec![]));
     }
 
     #[test]
     fn a_small_loss_cuts_nothing() {
-        assert_eq!(pieces(&[0.0, 1e-4, 1e-4, 0.0]).ranges, [0..4]);
+        assert_eq!(of(&[0.0, 1e-4, 1e-4, 0.0]), (vec![[0, 4]], vec![]));
         // Together they count.
-        assert_eq!(pieces(&[0.0, 2e-4, 2e-4, 0.0]).ranges, [0..2, 2..4]);
+        assert_eq!(of(&[0.0, 2e-4, 2e-4, 0.0]), (vec![[0, 2], [2, 4]], vec![1]));
     }
 }

@@ -129,6 +129,7 @@ fn some_blocks(seconds: f64, turn: f64) -> (Samples, Vec<usize>, Trajectory, Col
         acc: series.acc.unwrap().into_iter().map(Some).collect(),
         mag: series.mag.unwrap().into_iter().map(|field| Some(field * (1.0 / norm))).collect(),
         rest: (0..truth.len()).map(|k| k < 30).collect(),
+        lost: vec![0.0; truth.len()],
         ..Samples::default()
     };
     samples.find_clipped(0.0);
@@ -181,6 +182,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 fn the_smoother_is_the_dense_solution_of_all_measurements_at_once() {
     let (mut samples, ends, nominal, prior, params) = some_blocks(0.8, 0.0);
     samples.clipped[55][1] = true;
+    samples.lost[67] = 0.04;
     let mut state = State::new(&params);
     let mut blocks = samples.sums(&ends, &nominal, &mut state);
     for (k, block) in blocks.iter_mut().enumerate() {
@@ -248,7 +250,7 @@ fn the_smoother_is_the_dense_solution_of_all_measurements_at_once() {
         }
         start = step.taken;
     }
-    assert!(filter.steps.iter().any(|step| step.lost.is_some()));
+    assert_eq!(filter.steps.iter().filter(|step| step.lost.is_some()).count(), 2);
     assert!(seen.len() > 50);
     let ch: Vec<Vec<f64>> = seen
         .iter()

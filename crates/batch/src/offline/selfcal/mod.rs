@@ -226,6 +226,9 @@ impl Filter<f64> for Pass {
     fn claimed(&self) -> [f64; 2] {
         self.filter.claimed()
     }
+    fn known_mag_delay(&self) -> f64 {
+        self.filter.known_mag_delay()
+    }
     fn reopen(&mut self, lanes: bool, bias: Vec3<f64>) {
         self.doing.reopened |= lanes;
         self.filter.reopen(lanes, bias);
