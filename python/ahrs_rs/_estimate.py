@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ahrs_rs import _native
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._dataframe import Table, data_frame
-from ahrs_rs._optional import require
+from ahrs_rs._optional import require, version
 from ahrs_rs._state import State
 from ahrs_rs._typing import Floats
 
@@ -151,7 +151,7 @@ class Estimate(_Later, Table):
         return _native.rotation_matrices(self.quat)
 
     def rotation(self) -> Rotation:
-        """A ``scipy.spatial.transform.Rotation`` of the same leading shape (needs the extra ``rotation``).
+        """A ``scipy.spatial.transform.Rotation`` of the same leading shape (needs the extra ``scipy``).
 
         Returns
         -------
@@ -159,9 +159,13 @@ class Estimate(_Later, Table):
             Of the same leading shape.
         """
         rotation: type[Rotation] = require("scipy.spatial.transform", "scipy", "rotation needs").Rotation
-        if self.quat.ndim > 2 and self.quat.shape[0] == 0:
-            return rotation.from_quat(self.quat.reshape(-1, 4), scalar_first=True)
-        return rotation.from_quat(self.quat, scalar_first=True)
+        quat = self.quat[..., [1, 2, 3, 0]]  # their order, which every version knows
+        if quat.ndim > 2:
+            if quat.shape[0] == 0:
+                return rotation.from_quat(quat.reshape(-1, 4))
+            if version("scipy") < (1, 17):
+                raise ImportError("rotation of several recordings needs scipy 1.17 or later: pip install 'scipy>=1.17'")
+        return rotation.from_quat(quat)
 
     def linear_acceleration(self, acc: ArrayLike, frame: str = "earth", *, gravity: float = GRAVITY) -> Floats:
         """The acceleration of the sensor: its specific force with gravity taken off.

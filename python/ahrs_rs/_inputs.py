@@ -57,7 +57,7 @@ def _no_array(gyr: Any) -> None:
 
 def attitude(q0: Any) -> Any:
     """A start as numbers: a rotation of scipy gives its quaternion."""
-    return q0.as_quat(scalar_first=True) if q0 is not None and hasattr(q0, "as_quat") else q0
+    return q0.as_quat()[..., [3, 0, 1, 2]] if q0 is not None and hasattr(q0, "as_quat") else q0
 
 
 def _no_gyroscope(name: str, needed: bool, acc: Any) -> Any:

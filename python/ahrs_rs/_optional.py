@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 from typing import Any
 
 
@@ -31,3 +32,9 @@ def require(module: str, extra: str, what: str) -> Any:
             raise
         install = f"ahrs-rs[{extra}]" if extra else package
         raise ImportError(f"{what} {package}: pip install {install}") from error
+
+
+def version(package: str) -> tuple[int, int]:
+    """The version of an installed package: its first two numbers."""
+    first, second = importlib.metadata.version(package).split(".")[:2]
+    return int(first), int(second)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import ahrs_rs as ar
+from ahrs_rs._optional import version
 from cases import Case, each_case
 from oracle.mahony import add
 from oracle.so3 import cross, rotate, rotate_inverse, unit
@@ -25,6 +26,10 @@ from signals import RATE, gappy, motion, multiply, poses, random_turns, rotation
 
 #: A few roundings of numbers up to 2π.
 ROUNDING = 4e-15
+
+
+#: Whether scipy has rotations of any leading shape.
+SEVERAL = version("scipy") >= (1, 17)
 
 
 def estimate(quat: NDArray[Any]) -> ar.Estimate:
@@ -79,7 +84,8 @@ def test_shapes_and_dtypes_are_those_of_the_documentation() -> None:
         assert est.extra["innovation"].shape == (*leading, 3)
         assert est.matrix().shape == (*leading, 3, 3)
         assert est.euler().shape == (*leading, 3)
-        assert est.rotation().as_quat().shape == (*leading, 4)
+        if n is None or SEVERAL:
+            assert est.rotation().as_quat().shape == (*leading, 4)
         assert len(est) == 40
         assert est.covariance is None
         assert isinstance(est.state, list) == (n is not None)
@@ -169,9 +175,18 @@ def test_matrices_and_rotations_are_those_of_scipy() -> None:
     three = estimate(quat.reshape(10, 100, 4))
     assert np.array_equal(three.matrix().reshape(-1, 3, 3), est.matrix())
     assert np.array_equal(three.euler().reshape(-1, 3), est.euler())
-    assert np.array_equal(three.rotation().as_matrix().reshape(-1, 3, 3), est.rotation().as_matrix())
+    if SEVERAL:
+        assert np.array_equal(three.rotation().as_matrix().reshape(-1, 3, 3), est.rotation().as_matrix())
 
 
+def test_rotations_of_several_recordings_need_a_scipy_that_knows_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ahrs_rs._estimate.version", lambda package: (1, 16))
+    assert len(of_run().rotation()) == 40
+    with pytest.raises(ImportError, match=r"needs scipy 1\.17 or later: pip install 'scipy>=1\.17'"):
+        of_run(3).rotation()
+
+
+@pytest.mark.skipif(not SEVERAL, reason="needs scipy 1.17")
 def test_rotation_takes_the_sensors_up_to_the_earths() -> None:
     truth = poses(10, 8)
     sensors = still(truth, 2)

@@ -149,3 +149,35 @@ def test_commands_that_the_design_names_are_there() -> None:
 
 def test_the_table_of_names_is_current() -> None:
     assert names_tool.PAGE.read_text(encoding="utf-8") == names_tool.page(), "run `make names`"
+
+
+def test_the_extras_are_those_that_messages_name() -> None:
+    content = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = content["project"]["optional-dependencies"]
+    assert {"io", "plot", "scipy", "papers", "all"} <= extras.keys()
+    assert extras["rotation"] == extras["calibration"] == ["ahrs-rs[scipy]"]  # what it was called
+    sources = "".join(file.read_text(encoding="utf-8") for file in PACKAGE.rglob("*.py"))
+    named = set(re.findall(r"ahrs-rs\[([a-z0-9]+)\]", sources)) - {"extra"}  # a docstring's
+    named |= set(re.findall(r'require\("[\w.]+", "([a-z0-9]+)", ', sources))
+    assert {"io", "plot", "scipy", "papers"} <= named <= extras.keys()
+
+
+def test_the_citation_has_the_version_and_the_licences() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {ar.__version__}\n" in text
+    assert "  - MIT\n  - Apache-2.0\n" in text
+
+
+def test_hooks_run_what_lint_runs() -> None:
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
+    lint = (ROOT / "Makefile").read_text(encoding="utf-8").split("\nlint:")[1].split("\n\n")[0]
+    assert set(re.findall(r"^  - repo: (.*)$", hooks, re.MULTILINE)) == {"local"}
+    for tool in (
+        "cargo fmt --all --check",
+        "ruff format --check",
+        "ruff check",
+        "mypy",
+        *re.findall(r"tools/\w+\.py", lint),
+    ):
+        assert tool in hooks, tool
+        assert tool in lint, tool
