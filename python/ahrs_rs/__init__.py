@@ -31,6 +31,7 @@ from ahrs_rs.status import Status
 
 if _TYPE_CHECKING:
     from ahrs_rs import calibration, papers, signal, simulate, tuning
+    from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
@@ -38,20 +39,29 @@ __version__ = "0.1.0"
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
 _LATER = ("calibration", "papers", "signal", "simulate", "tuning")
-#: The same for functions: name -> module.
-_LATER_FUNCTIONS = {"join_reference": "_reference", "write_estimate": "io"}
+#: The same for functions and classes: name -> module.
+_LATER_FUNCTIONS = {
+    "Finding": "_check",
+    "Report": "_check",
+    "check": "_check",
+    "join_reference": "_reference",
+    "write_estimate": "io",
+}
 
 __all__ = [
     "DataWarning",
     "Estimate",
     "Filter",
+    "Finding",
     "Param",
     "Recording",
+    "Report",
     "State",
     "Status",
     "Sweep",
     "SweepInterrupted",
     "calibration",
+    "check",
     "filters",
     "join_reference",
     "metrics",

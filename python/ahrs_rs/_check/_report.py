@@ -1,0 +1,141 @@
+"""The report of a check: its findings, as a table, as JSON, as a page; and what to do with the recording."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from ahrs_rs.recording import Recording
+
+from ._findings import SEVERITIES, Finding
+
+if TYPE_CHECKING:
+    from ._case import Case
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """What `ahrs_rs.check` found out about a recording.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> rec = ar.simulate.demo(duration=60.0)
+    >>> report = ar.check(rec)
+    >>> report.severity in ("ok", "note")
+    True
+    >>> report["time.rate"].value
+    100.0
+    """
+
+    recording: Recording = field(repr=False)
+    """What was checked."""
+    findings: tuple[Finding, ...]
+    """The gravest first."""
+    _case: Case = field(repr=False)
+
+    def __getitem__(self, code: str) -> Finding:
+        """The finding of a code; KeyError where there is none."""
+        for one in self.findings:
+            if one.code == code:
+                return one
+        raise KeyError(code)
+
+    def __contains__(self, code: object) -> bool:
+        """Whether there is a finding of this code."""
+        return any(one.code == code for one in self.findings)
+
+    def of(self, severity: str) -> tuple[Finding, ...]:
+        """The findings of a severity: "ok", "note", "warning" or "error".
+
+        Raises
+        ------
+        ValueError
+            Another severity.
+        """
+        if severity not in SEVERITIES:
+            raise ValueError(f"severity: expected one of {', '.join(SEVERITIES)}, got {severity!r}")
+        return tuple(one for one in self.findings if one.severity == severity)
+
+    @property
+    def severity(self) -> str:
+        """The gravest one of all findings; "ok" where there are none."""
+        return max((one.severity for one in self.findings), key=SEVERITIES.index, default="ok")
+
+    def fixed(self) -> Recording:
+        """The recording with what is sure put right; what is not sure is as it was.
+
+        Returns
+        -------
+        Recording
+            ``meta["fixed"]`` lists the changes, a sentence each. Without changes it is the recording itself.
+        """
+        changes = [one.change for one in self.findings if one.change is not None]
+        if not changes:
+            return self.recording
+        made = self.recording
+        for change in sorted(changes, key=lambda one: _order(one.code)):
+            made = change.apply(made)
+        made.meta["fixed"] = [*self.recording.meta.get("fixed", ()), *(one.text for one in _sorted(changes))]
+        return made
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it, as JSON has it."""
+        counts = {severity: len(self.of(severity)) for severity in SEVERITIES}
+        return {
+            "format": "ahrs_rs.check",
+            "version": 1,
+            "path": str(self.recording.meta.get("path", "")),
+            "severity": self.severity,
+            "counts": counts,
+            "findings": [one.to_dict() for one in self.findings],
+        }
+
+    def to_json(self) -> str:
+        """The same as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=2, allow_nan=False)
+
+    def table(self, *, everything: bool = True, width: int = 110) -> str:
+        """The findings for reading: severity, code, sentence, how sure; below, what it means and what to do.
+
+        Parameters
+        ----------
+        everything : False leaves out what is ok.
+        width : of a line.
+        """
+        lines: list[str] = []
+        shown = [one for one in self.findings if everything or one.severity != "ok"]
+        column = max((len(one.code) for one in shown), default=0)
+        for one in shown:
+            head = f"{one.severity:<8} {one.code:<{column}}  "
+            body = textwrap.wrap(f"{one.message} ({100.0 * one.confidence:.0f} % sure)", max(width - len(head), 30))
+            lines.append(head + body[0])
+            indent = " " * len(head)
+            lines += [indent + line for line in body[1:]]
+            if one.severity in ("warning", "error"):
+                for label, text in (("means: ", one.meaning), ("do: ", one.remedy)):
+                    if text:
+                        wrapped = textwrap.wrap(label + text, max(width - len(head), 30), subsequent_indent="  ")
+                        lines += [indent + line for line in wrapped]
+        return "\n".join(lines) if lines else "nothing to tell"
+
+    def __str__(self) -> str:
+        """The table."""
+        return self.table()
+
+
+#: In which order changes are made: times, units, axes, and then what asks for right units and axes.
+ORDER = ("time", "gyr.unit", "acc.unit", "mag.unit", "axes", "acc.sign", "mag.sign", "mag.repeated", "mag.delay")
+
+
+def _order(code: str) -> int:
+    for number, start in enumerate(ORDER):
+        if code.startswith(start):
+            return number
+    return len(ORDER)
+
+
+def _sorted(changes: list[Any]) -> list[Any]:
+    return sorted(changes, key=lambda one: _order(one.code))
