@@ -10,11 +10,17 @@ import numpy as np
 
 from ahrs_rs.recording import Recording
 
+from ._acc import check_accelerometer
 from ._axes import check_axes
 from ._case import Case
 from ._findings import SEVERITIES, Finding
+from ._gyr import check_gyroscope
+from ._mag import check_magnetometer
+from ._ranges import check_ranges
+from ._ref import check_reference
 from ._report import Report
 from ._signs import check_signs, up_vector
+from ._spectrum import check_spectrum
 from ._time import check_time
 from ._units import check_units
 
@@ -26,6 +32,12 @@ CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_units,
     check_axes,
     check_signs,
+    check_ranges,
+    check_spectrum,
+    check_gyroscope,
+    check_accelerometer,
+    check_magnetometer,
+    check_reference,
 )
 
 

@@ -81,7 +81,7 @@ def expected_dip(case: Case) -> float | None:
 
             case.known["field"] = earth.field(*case.place, case.date)
             case.known["dip"] = case.known["field"].dip
-        except ImportError:
+        except ImportError:  # the field of a dipole along the axis: enough for a sign
             lat = np.radians(case.place[0])
             case.known["dip"] = float(np.arctan(2.0 * np.tan(lat)))
     return float(case.known["dip"])
