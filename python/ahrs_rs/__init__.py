@@ -30,7 +30,7 @@ from ahrs_rs.state import State
 from ahrs_rs.status import Status
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, papers, signal, simulate, tuning
+    from ahrs_rs import calibration, earth, papers, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
@@ -38,7 +38,7 @@ if _TYPE_CHECKING:
 __version__ = "0.1.0"
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "papers", "signal", "simulate", "tuning")
+_LATER = ("calibration", "earth", "papers", "signal", "simulate", "tuning")
 #: The same for functions and classes: name -> module.
 _LATER_FUNCTIONS = {
     "Finding": "_check",
@@ -62,6 +62,7 @@ __all__ = [
     "SweepInterrupted",
     "calibration",
     "check",
+    "earth",
     "filters",
     "join_reference",
     "metrics",
