@@ -93,8 +93,9 @@ oracle: dev ## Compute all results of the oracles in full, compare every row, ke
 stubs: dev ## Write the type stubs of the filter classes from the registry
 	$(BIN)/python tools/stubs.py
 
-accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
+accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md, and what `check` may promise
 	$(BIN)/python tools/accuracy.py
+	$(BIN)/python tools/check_expected.py
 
 robustness: dev ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
 	$(BIN)/python tools/robustness.py

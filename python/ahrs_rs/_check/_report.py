@@ -13,6 +13,7 @@ from ._findings import SEVERITIES, Finding
 
 if TYPE_CHECKING:
     from ._case import Case
+    from ._recommend import Recommendation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +43,10 @@ class Report:
             if one.code == code:
                 return one
         raise KeyError(code)
+
+    def get(self, code: str) -> Finding | None:
+        """The finding of a code; None where there is none."""
+        return self[code] if code in self else None
 
     def __contains__(self, code: object) -> bool:
         """Whether there is a finding of this code."""
@@ -80,6 +85,38 @@ class Report:
             made = change.apply(made)
         made.meta["fixed"] = [*self.recording.meta.get("fixed", ()), *(one.text for one in _sorted(changes))]
         return made
+
+    def recommend(self, *, online: bool = False) -> Recommendation:
+        """A filter and its parameters for this recording, with the reasons and the accuracy to expect.
+
+        Parameters
+        ----------
+        online : whether it has to run as the readings come; False allows one that takes the whole recording.
+
+        Examples
+        --------
+        >>> import ahrs_rs as ar
+        >>> rec = ar.simulate.demo(duration=60.0)
+        >>> advice = ar.check(rec).recommend(online=True)
+        >>> advice.name
+        'VQF'
+        >>> est = advice.make().run(rec)
+        """
+        from ._recommend import recommend
+
+        return recommend(self, online=online)
+
+    def to_html(self) -> str:
+        """A page with the findings and plots of the evidence, all in one text.
+
+        Raises
+        ------
+        ImportError
+            plotly is not installed (``pip install ahrs-rs[papers]``).
+        """
+        from ._page import page
+
+        return page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """All of it, as JSON has it."""

@@ -23,6 +23,7 @@ __all__ = ["main"]
 #: Command -> its module, which is imported where the command is given.
 COMMANDS = {
     "run": "run",
+    "check": "check",
     "compare": "compare",
     "tune": "tune",
     "filters": "filters",

@@ -84,6 +84,14 @@ def read(path: Path, args: argparse.Namespace) -> Recording:
         return io.read(os.fspath(path), **keywords(args))
 
 
+def read_doubtful(path: Path, args: argparse.Namespace) -> Recording:
+    """The same, also where the readings are those of no inertial sensor."""
+    from ahrs_rs.io._finish import keeping_doubtful
+
+    with keeping_doubtful():
+        return read(path, args)
+
+
 def add_reference(parser: argparse.ArgumentParser) -> None:
     """Options of what the truth is."""
     group = parser.add_argument_group("reference")
