@@ -99,6 +99,25 @@ def test_times_in_other_units_are_checked(capsys: Capture, tmp_path: Path, unit:
     assert told(capsys, path)[0] in (0, 1)  # 1 where the reader does not see it by itself
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "FILE", "--filter", "vqf"],
+        ["compare", "FILE", "--filters", "vqf"],
+        ["calibrate", "mag", "FILE"],
+        ["tune", "FILE", "--filter", "vqf", "--param", "tau_acc=2,3"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_other_commands_point_to_the_check_where_an_error_is_sure(
+    capsys: Capture, command: list[str], right: Path, wrong: Path
+) -> None:
+    for path, expected in ((right, False), (wrong, True)):
+        words = [str(path) if word == "FILE" else word for word in command]
+        assert main(words) == 0
+        assert ("see `ahrs-rs check`" in capsys.readouterr().out) is expected
+
+
 def test_wrong_options_are_errors_of_one_line(capsys: Capture, tmp_path: Path, right: Path) -> None:
     assert "expected one recording" in error_of(capsys, "check", right, right, "--fix", tmp_path / "a.npz")
     assert "ends in .npz" in error_of(capsys, "check", right, "--fix", tmp_path / "a.txt")

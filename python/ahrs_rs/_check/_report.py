@@ -39,14 +39,14 @@ class Report:
 
     def __getitem__(self, code: str) -> Finding:
         """The finding of a code; KeyError where there is none."""
-        for one in self.findings:
-            if one.code == code:
-                return one
-        raise KeyError(code)
+        found = self.get(code)
+        if found is None:
+            raise KeyError(code)
+        return found
 
     def get(self, code: str) -> Finding | None:
         """The finding of a code; None where there is none."""
-        return self[code] if code in self else None
+        return next((one for one in self.findings if one.code == code), None)
 
     def __contains__(self, code: object) -> bool:
         """Whether there is a finding of this code."""

@@ -11,12 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from ahrs_rs import io
+from ahrs_rs._check import _hint
 from ahrs_rs._warnings import DataWarning
 from ahrs_rs.cli._common import CliError, finite, positive
 from ahrs_rs.recording import Recording
 
 #: Lists of `Recording.meta` that are told, and how a line about each of them begins.
 TOLD = {"assumed": "assumed", "repairs": "repaired", "ignored": "ignored", "lost": "lost", "doubts": "doubt"}
+
+#: How the line begins that points to `ahrs-rs check`.
+HINT = "check"
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -131,7 +135,8 @@ def told(recording: Recording) -> list[tuple[str, str]]:
     if assumed:
         units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
         lines.insert(0, ("assumed", f"no unit is stated, taken as {units}"))
-    return lines
+    hint = _hint.hint(recording)
+    return lines if hint is None else [*lines, (HINT, hint)]
 
 
 def head(recording: Recording, sensors: Sequence[str] | None = None) -> list[tuple[str, str]]:

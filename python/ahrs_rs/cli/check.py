@@ -75,7 +75,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tell(report: Report, brief: bool) -> None:
-    lines = [f"{key:<10} {printable(text)}" for key, text in _reading.head(report.recording)]
+    head = [(key, text) for key, text in _reading.head(report.recording) if key != _reading.HINT]
+    lines = [f"{key:<10} {printable(text)}" for key, text in head]
     print("\n".join([*lines, "", *map(printable, report.table(everything=not brief).split("\n"))]))
 
 
