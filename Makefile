@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables check-table clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -102,6 +102,9 @@ robustness: dev ## Lose, clip and damage measurements (AHRS_RS_DATA), and see ho
 
 endurance: dev ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; an hour, can be resumed
 	$(BIN)/python tools/endurance.py
+
+check-table: dev ## Plant faults into recordings (AHRS_RS_DATA) and see what `check` finds: docs/check.md; half an hour
+	$(BIN)/python tools/check_table.py
 
 papers: dev ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 	$(BIN)/python tools/papers.py

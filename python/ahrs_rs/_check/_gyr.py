@@ -166,6 +166,10 @@ def _scale(case: Case) -> Iterator[Finding]:
         if found is not None and found.left < limit and found.scale_error < SCALE[0]:
             told.append((found.scale, found.scale_error, sensor))
     if not told:
+        if verdicts:
+            yield Finding(
+                "gyr.scale", "note", "cannot tell its scale: too little turns that the others show", None, "", 0.5
+            )
         return
     scale, error, sensor = min(told, key=lambda one: one[1])
     score = abs(scale) / max(error, 1e-6)

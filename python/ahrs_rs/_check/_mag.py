@@ -119,11 +119,12 @@ def _iron(case: Case) -> Iterator[Finding]:
         if explained:
             text = f"mag: hard iron ({shown}) taken off, soft iron of {100.0 * soft:.2g} %"
             change = _changes.calibrated("mag.iron", "mag", fit.calibration.matrix, offset, text)
-    coverage = f"; {fit.coverage:.0%} of the directions were seen" if fit is not None else "; by its turns alone"
+    seen = "" if fit is None else f"soft iron of {100.0 * soft:.2g} %; {fit.coverage:.0%} of the directions were seen"
+    how = f", {seen or 'by its turns'}"
     yield Finding(
         "mag.iron",
         "warning" if grave else "note" if large else "ok",
-        f"hard iron of {100.0 * ratio:.3g} % of the field, soft iron of {100.0 * soft:.2g} %{coverage}",
+        f"hard iron of {100.0 * ratio:.3g} % of the field{how}",
         ratio,
         "of the field",
         confidence(score) if large and not contradicted else 0.6 if contradicted else 0.9,

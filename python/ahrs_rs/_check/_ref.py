@@ -25,6 +25,8 @@ FloatArray = NDArray[np.float64]
 SPAN, TURNED, FEWEST = 0.2, 0.05, 30
 #: Part of the gyroscope's turns that is left: of a form that is right, and of one that is wrong.
 FITS, WRONG = 0.35, 0.6
+#: A form leaves so much more than another one, and by so many standard errors in either half of the recording.
+APART, CLEAR = 0.1, 5.0
 #: Offsets of the clock that are told, and grave ones, s.
 OFFSET = (0.02, 0.1)
 #: Correlation of the norms below which it is another body's.
@@ -104,12 +106,15 @@ def _judged(coarse: Coarse, ref: FloatArray, offset: float, alike: float, length
         yield Finding("ref.form", "note", "cannot tell the form of the reference: it turns too little", None, "", 0.5)
         return
     left: dict[str, float] = {}
+    rests: dict[str, FloatArray] = {}
     rotations: dict[str, FloatArray] = {}
     mirrored: dict[str, float] = {}
     for name, form in FORMS.items():
         turns = _of_reference(form(ref), starts, length)
-        rotations[name], left[name], mirrored[name] = _fitted(gyr[known], turns[known])
+        rotations[name], rests[name], mirrored[name] = _fitted(gyr[known], turns[known])
+        left[name] = float(np.median(rests[name]))
     inverse = min(left[name] for name in INVERSE)
+    opposite = _clear(rests[""], rests["inverse"])
     if min(left[""], inverse) > WRONG and min(mirrored[""], mirrored["inverse"]) < FITS:
         yield _mirrored_finding(mirrored, left[""])
         return
@@ -117,7 +122,7 @@ def _judged(coarse: Coarse, ref: FloatArray, offset: float, alike: float, length
     if min(left[""], inverse) > WRONG:
         yield _no_form(left, alike)
         return
-    if inverse < FITS and left[""] > WRONG:
+    if inverse < FITS and (left[""] > WRONG or (left[""] > max(3.0 * inverse, inverse + APART) and opposite)):
         chosen, finding = _inverse(coarse, ref, left, rotations, shift, alike)
         yield finding
         if not chosen:
@@ -203,6 +208,17 @@ def _up(coarse: Coarse, ref: FloatArray, matrix: FloatArray, shift: int) -> Floa
     return np.asarray(_quat.rotate(ref[known], acc[known]).mean(axis=0))
 
 
+def _clear(worse: FloatArray, better: FloatArray) -> bool:
+    """Whether one form leaves more than another in paired spans, in either half of the recording."""
+    apart = np.minimum(worse, 1.0) - np.minimum(better, 1.0)
+    half = len(apart) // 2
+    scores = [
+        float(part.mean()) / max(float(part.std(ddof=1)) / np.sqrt(len(part)), 1e-9)
+        for part in (apart[:half], apart[half:])
+    ]
+    return bool(min(scores) > CLEAR)
+
+
 def _mirrored_finding(mirrored: dict[str, float], left: float) -> Finding:
     best = min(mirrored, key=lambda name: mirrored[name])
     return Finding(
@@ -245,13 +261,13 @@ def _of_reference(ref: FloatArray, starts: NDArray[np.intp], length: int) -> Flo
     return _quat.log(_quat.multiply(_quat.conjugate(ref[starts]), ref[starts + length]))
 
 
-def _fitted(gyr: FloatArray, turns: FloatArray) -> tuple[FloatArray, float, float]:
+def _fitted(gyr: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """The rotation that takes the reference's turns into the gyroscope's, what it leaves, what a mirror image leaves.
 
     Spans at which the two differ most count less: a leap is none of the form.
     """
     weight = np.ones(len(gyr))
-    matrix, left = np.eye(3), 1.0
+    matrix, left = np.eye(3), np.ones(len(gyr))
     mirror = np.eye(3)
     for _ in range(6):
         u, _, v = np.linalg.svd((gyr * weight[:, np.newaxis]).T @ turns)
@@ -261,7 +277,7 @@ def _fitted(gyr: FloatArray, turns: FloatArray) -> tuple[FloatArray, float, floa
         rest = np.linalg.norm(gyr - turns @ matrix.T, axis=1)
         size = np.linalg.norm(gyr, axis=1)
         weight = 1.0 / (1.0 + (rest / (0.3 * size + 1e-3)) ** 2)
-        left = float(np.median(rest / size))
+        left = rest / size
     other = float(np.median(np.linalg.norm(gyr - turns @ mirror.T, axis=1) / np.linalg.norm(gyr, axis=1)))
     return matrix, left, other
 

@@ -26,6 +26,8 @@ JITTER = 0.2
 #: Parts of the rows that repeat the one before in all sensors: more is a fault, still more a sensor slower than the
 #: rows.
 REPEATED = (0.01, 0.2)
+#: Part of the rows with the stamp of the row before that is that of packets.
+PACKED = 0.3
 #: Difference of a stated rate from that of the stamps.
 STATED = (0.02, 0.2)
 MOST = 1 << 21
@@ -97,8 +99,9 @@ def _steps(case: Case, t: FloatArray, rate: float) -> Iterator[Finding]:
     steps = np.diff(t)
     usual = 1.0 / rate
     _, packet = unbroken(t)
+    yield from _repeated_stamps(t, steps)
     shown = rate / factor
-    if packet > 1:
+    if packet > 1 and np.count_nonzero(steps == 0.0) + np.count_nonzero(steps < 0.2 * usual) > PACKED * len(t):
         yield Finding(
             "time.bursts",
             "warning",
@@ -132,7 +135,7 @@ def _steps(case: Case, t: FloatArray, rate: float) -> Iterator[Finding]:
         longest = float(steps[gaps].max()) * factor
         at = float(t[gaps[np.argmax(steps[gaps])]] - t[0]) * factor
         leap = longest > LEAP
-        grave = longest > LONG_GAP or lost > LOST * case.duration
+        grave = longest > LONG_GAP or lost > max(LOST * case.duration, LONG_GAP)
         yield Finding(
             "time.leap" if leap else "time.gaps",
             "warning" if grave else "note",
@@ -145,8 +148,11 @@ def _steps(case: Case, t: FloatArray, rate: float) -> Iterator[Finding]:
             "treat the parts as recordings of their own where a gap is long",
             {"count": int(gaps.size), "lost": lost, "at": at},
         )
+
+
+def _repeated_stamps(t: FloatArray, steps: FloatArray) -> Iterator[Finding]:
     same = int(np.count_nonzero(steps == 0.0))
-    if same:
+    if 0 < same < PACKED * len(t):  # more are those of packets
         yield Finding(
             "time.repeated_stamps",
             "warning" if same > 0.01 * len(t) else "note",
