@@ -18,12 +18,6 @@ def good(duration: float = 60.0, seed: int = 0) -> ar.Recording:
     return ar.simulate.demo(duration=duration, seed=seed)
 
 
-@functools.cache
-def unbiased() -> ar.Recording:
-    """The same without the gyroscope's bias, which `fixed` takes off wherever the sensor rests."""
-    return ar.check(good()).fixed()
-
-
 def with_rows(source: ar.Recording, **rows: Any) -> ar.Recording:
     """The recording with other rows."""
     given = {name: getattr(source, name) for name in ("t", "gyr", "acc", "mag", "ref", "mask", "temperature")}

@@ -60,8 +60,10 @@ def test_fix_writes_the_recording_with_what_is_sure_put_right(capsys: Capture, t
         assert status == 1
         assert "fixed      gyr: axes x, y, -z" in text
         fixed = ar.read(out)
-        assert fixed.gyr[:, 2] == pytest.approx(good().gyr[:, 2], abs=0.02)  # its bias is taken off too
-    assert "gyr: axes x, y, -z" in ar.read(tmp_path / "fixed.npz").meta["fixed"]
+        assert fixed.gyr[:, 2] == pytest.approx(good().gyr[:, 2])
+    assert ar.read(tmp_path / "fixed.npz").meta["fixed"] == ["gyr: axes x, y, -z"]
+    _, text = told(capsys, wrong, "--fix", tmp_path / "notes.npz", "--fix-notes")
+    assert "fixed      gyr: bias (" in text
 
 
 def test_json_and_page_hold_every_finding(capsys: Capture, tmp_path: Path, wrong: Path) -> None:
@@ -120,6 +122,7 @@ def test_other_commands_point_to_the_check_where_an_error_is_sure(
 
 def test_wrong_options_are_errors_of_one_line(capsys: Capture, tmp_path: Path, right: Path) -> None:
     assert "expected one recording" in error_of(capsys, "check", right, right, "--fix", tmp_path / "a.npz")
+    assert "expected --fix" in error_of(capsys, "check", right, "--fix-notes")
     assert "ends in .npz" in error_of(capsys, "check", right, "--fix", tmp_path / "a.txt")
     assert "up: expected one of x, y, z" in error_of(capsys, "check", right, "--up", "north")
     assert "expected LAT,LON,ALT" in error_of(capsys, "check", right, "--place", "Berlin")

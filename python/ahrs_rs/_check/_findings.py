@@ -49,7 +49,7 @@ class Finding:
     evidence: Mapping[str, Any] = field(default_factory=dict)
     """Further numbers."""
     change: Change | None = field(default=None, repr=False)
-    """What `Report.fixed` does about it; None where nothing is sure."""
+    """What `Report.fixed` does about it, by itself where it is grave; None where nothing is sure."""
 
     @property
     def subject(self) -> str:

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 DEGREE = np.pi / 180.0
 #: Biases at rest, rad/s: told from the first on; filters that estimate it take up to about the second.
-BIAS = (0.2 * DEGREE, 2.0 * DEGREE)
+BIAS = (0.2 * DEGREE, 1.5 * DEGREE)
 #: Difference of the bias between rests, rad/s.
 DRIFT = (0.1 * DEGREE, 0.5 * DEGREE)
 #: Noise density, rad/s/√Hz: data sheets have 0.003 to 0.03 °/s/√Hz.

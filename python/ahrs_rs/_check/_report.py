@@ -69,21 +69,31 @@ class Report:
         """The gravest one of all findings; "ok" where there are none."""
         return max((one.severity for one in self.findings), key=SEVERITIES.index, default="ok")
 
-    def fixed(self) -> Recording:
+    def fixed(self, *, notes: bool = False) -> Recording:
         """The recording with what is sure put right; what is not sure is as it was.
+
+        Parameters
+        ----------
+        notes : whether to put right what is sure of the notes too: small biases, delays and hard iron, rows of a slow
+            magnetometer that are held. Filters cope with these; calibrated readings suit other uses.
 
         Returns
         -------
         Recording
             ``meta["fixed"]`` lists the changes, a sentence each. Without changes it is the recording itself.
         """
-        changes = [one.change for one in self.findings if one.change is not None]
+        changes = [
+            one.change
+            for one in self.findings
+            if one.change is not None and (notes or one.severity in ("warning", "error"))
+        ]
+        changes.sort(key=lambda one: _order(one.code))
         if not changes:
             return self.recording
         made = self.recording
-        for change in sorted(changes, key=lambda one: _order(one.code)):
+        for change in changes:
             made = change.apply(made)
-        made.meta["fixed"] = [*self.recording.meta.get("fixed", ()), *(one.text for one in _sorted(changes))]
+        made.meta["fixed"] = [*self.recording.meta.get("fixed", ()), *(one.text for one in changes)]
         return made
 
     def recommend(self, *, online: bool = False) -> Recommendation:
@@ -172,7 +182,3 @@ def _order(code: str) -> int:
         if code.startswith(start):
             return number
     return len(ORDER)
-
-
-def _sorted(changes: list[Any]) -> list[Any]:
-    return sorted(changes, key=lambda one: _order(one.code))

@@ -43,6 +43,9 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--strict", action="store_true", help="exit status 1 for warnings too")
     parser.add_argument("--brief", action="store_true", help="leave out what is right")
     parser.add_argument("--fix", type=Path, metavar="FILE", help="write the recording with what is sure put right")
+    parser.add_argument(
+        "--fix-notes", action="store_true", help="--fix also what filters cope with (see fixed(notes=))"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the findings")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page with plots (needs plotly)")
     _reading.add_reading(parser)
@@ -55,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
     given = [option for option, path in outputs.items() if path is not None]
     if given and len(args.files) > 1:
         raise CliError(f"{given[0]}: expected one recording, got {len(args.files)}")
+    if args.fix_notes and args.fix is None:
+        raise CliError("--fix-notes: expected --fix, as it is about what is written")
     if args.fix is not None and args.fix.suffix.lower() not in (".npz", ".parquet", ".csv"):
         raise CliError(f"--fix: expected a name that ends in .npz, .parquet, .csv, got {args.fix.name!r}")
     if args.up is not None:
@@ -83,7 +88,7 @@ def _tell(report: Report, brief: bool) -> None:
 def _written(report: Report, args: argparse.Namespace) -> list[Path]:
     writers: Writers = {}
     if args.fix is not None:
-        fixed = report.fixed()
+        fixed = report.fixed(notes=args.fix_notes)
         for text in fixed.meta.get("fixed", ["nothing: the recording is as it was"]):
             print(f"{'fixed':<10} {printable(text)}")
         writers[args.fix] = fixed.save
