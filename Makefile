@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables map names clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables check-table map names clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -95,14 +95,18 @@ oracle: dev ## Compute all results of the oracles in full, compare every row, ke
 stubs: dev ## Write the type stubs of the filter classes from the registry
 	$(BIN)/python tools/stubs.py
 
-accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md
+accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md, and what `check` may promise
 	$(BIN)/python tools/accuracy.py
+	$(BIN)/python tools/check_expected.py
 
 robustness: dev ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
 	$(BIN)/python tools/robustness.py
 
 endurance: dev ## Run float32 beside float64 for a day of readings at 1 kHz into docs/endurance.md; an hour, can be resumed
 	$(BIN)/python tools/endurance.py
+
+check-table: dev ## Plant faults into recordings (AHRS_RS_DATA) and see what `check` finds: docs/check.md; half an hour
+	$(BIN)/python tools/check_table.py
 
 papers: dev ## Reproduce the five papers (AHRS_RS_DATA) into docs/papers.md
 	$(BIN)/python tools/papers.py

@@ -31,26 +31,37 @@ from ahrs_rs.filters import FILTERS as FILTERS
 from ahrs_rs.io import read, read_all, sensors
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, papers, plots, signal, simulate, tuning
+    from ahrs_rs import calibration, earth, papers, plots, signal, simulate, tuning
+    from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "papers", "plots", "signal", "simulate", "tuning")
-#: The same for functions: name -> module.
-_LATER_FUNCTIONS = {"join_reference": "_reference", "write_estimate": "io"}
+_LATER = ("calibration", "earth", "papers", "plots", "signal", "simulate", "tuning")
+#: The same for functions and classes: name -> module.
+_LATER_FUNCTIONS = {
+    "Finding": "_check",
+    "Report": "_check",
+    "check": "_check",
+    "join_reference": "_reference",
+    "write_estimate": "io",
+}
 
 __all__ = [
     "DataWarning",
     "Estimate",
     "Filter",
+    "Finding",
     "Param",
     "Recording",
+    "Report",
     "State",
     "Status",
     "Sweep",
     "SweepInterrupted",
     "calibration",
+    "check",
+    "earth",
     "filters",
     "join_reference",
     "metrics",

@@ -175,6 +175,12 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         if self.needs_attention(reading, dt) {
             self.attend_apart(reading, dt);
         }
+        self.go_on_apart(reading, dt)
+    }
+
+    /// [`Estimator::go_on`] in a stack frame of its own, which is not there together with that of [`Estimator::attend_apart`].
+    #[inline(never)]
+    fn go_on_apart(&mut self, reading: &Reading<S>, dt: S) -> Output<S> {
         self.go_on(reading, dt)
     }
 

@@ -267,7 +267,9 @@ CASES: list[Case] = [
         {"integration": "first-order"},
         EKF_FLOAT32,
         ekf,
-        agreement=KALMAN,
+        # Without a magnetometer the variance of its heading grows to 1e4 times that of a measurement, by which rounding
+        # comes back: measured 1.8e-10 rad.
+        agreement=5.0 * KALMAN,
         acc_length=True,
         own_rate=True,
     ),

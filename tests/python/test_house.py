@@ -23,6 +23,7 @@ names_tool = importlib.import_module("names")
 NAMESPACES = {
     "calibration",
     "cli",
+    "earth",
     "filters",
     "io",
     "metrics",

@@ -23,6 +23,7 @@ __all__ = ["main"]
 #: The commands; the module of each has its name after an underscore, and is imported where the command is given.
 COMMANDS = (
     "run",
+    "check",
     "compare",
     "tune",
     "filters",

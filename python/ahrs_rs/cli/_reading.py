@@ -11,12 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from ahrs_rs import io
+from ahrs_rs._check import hint
 from ahrs_rs._recording import Recording
 from ahrs_rs._warnings import DataWarning
 from ahrs_rs.cli._common import CliError, finite, positive
 
 #: Lists of `Recording.meta` that are told, and how a line about each of them begins.
 TOLD = {"assumed": "assumed", "repairs": "repaired", "ignored": "ignored", "lost": "lost", "doubts": "doubt"}
+
+#: How the line begins that points to `ahrs-rs check`.
+HINT = "check"
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +88,12 @@ def read(path: Path, args: argparse.Namespace) -> Recording:
         return io.read(os.fspath(path), **keywords(args))
 
 
+def read_doubtful(path: Path, args: argparse.Namespace) -> Recording:
+    """The same, also where the readings are those of no inertial sensor."""
+    with io.keeping_doubtful():
+        return read(path, args)
+
+
 def add_reference(parser: argparse.ArgumentParser) -> None:
     """Options of what the truth is."""
     group = parser.add_argument_group("reference")
@@ -123,7 +133,8 @@ def told(recording: Recording) -> list[tuple[str, str]]:
     if assumed:
         units = ", ".join(f"{quantity} in {unit}" for quantity, unit in assumed.items())
         lines.insert(0, ("assumed", f"no unit is stated, taken as {units}"))
-    return lines
+    pointed = hint(recording)
+    return lines if pointed is None else [*lines, (HINT, pointed)]
 
 
 def head(recording: Recording, sensors: Sequence[str] | None = None) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ from typing import Any as _Any
 
 from ahrs_rs._recording import FORMATS as _HOOKS
 from ahrs_rs.io._contents import SensorInfo
+from ahrs_rs.io._finish import keeping_doubtful as keeping_doubtful
 from ahrs_rs.io._read import formats, from_frame, read, read_all, sensors
 
 if _TYPE_CHECKING:

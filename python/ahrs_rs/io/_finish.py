@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,19 @@ NORM_KEPT, NORM_MENDED = 1e-3, 0.1
 ROWS = ("gyr", "acc", "mag", "ref", "mask", "temperature")
 ORIENTATIONS = ("ref", "device_quat")
 VECTORS = ("gyr", "acc", "mag")
+#: Whether readings that no inertial sensor gives are kept and told, in place of an error.
+_kept: ContextVar[bool] = ContextVar("kept", default=False)
 Times = dict[int, tuple[FloatArray, NDArray[np.intp] | None]]
+
+
+@contextmanager
+def keeping_doubtful() -> Iterator[None]:
+    """Within it, readings that no inertial sensor gives are kept, and told in ``meta["doubts"]``: for a check."""
+    token = _kept.set(True)
+    try:
+        yield
+    finally:
+        _kept.reset(token)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # absurd times and quaternions are refused by their result
@@ -49,6 +63,9 @@ def finish(data: SensorData, path: str, format: str, options: Options, *, conver
     for name, (t, values) in list(data.streams.items()):
         data.streams[name] = (t, _cleaned(name, values, meta["repairs"]))
         if t is not None and (wrong := _plausible.doubtful_stamps(np.asarray(t))):
+            if _kept.get():
+                data.say("doubts", f"t: {wrong}")
+                continue
             raise ValueError(f"t: {wrong}")
     _leave_out_empty(data)
     if not any(len(values) for _, values in data.streams.values()):
@@ -181,7 +198,10 @@ def _refuse_implausible(made: Recording, data: SensorData, options: Options) -> 
         wrong_rate = _plausible.doubtful_rate(made.rate)
         if wrong_rate is not None:
             found.append(("t", wrong_rate, _plausible.likely_time_unit(made.rate)))
-    if found:
+    if found and _kept.get():
+        for name, what, _ in found:
+            data.say("doubts", f"{name}: {what}")
+    elif found:
         raise ValueError(_refusal(found, data.meta.get("units", {})))
     assumed = "gyr" in data.meta.get("assumed_units", {})
     if (
