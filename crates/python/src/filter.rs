@@ -179,6 +179,7 @@ fn read<T: Dtype>(name: &str, object: Option<&Bound<'_, PyAny>>) -> PyResult<Opt
 #[pymethods]
 impl NativeFilter {
     #[new]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the Python function")]
     #[pyo3(signature = (name, values, rate, frame, declination, gyr_hold, repeated, gyr_range, dtype))]
     fn new(
         name: &str,
