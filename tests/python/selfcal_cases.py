@@ -100,6 +100,10 @@ CASES = {
         lambda est: part(est, Status.MAG_MISSING) > 0.1,
         {"latency": 0.02},
     ),
+    "half a second lost": Case(
+        lambda: recorded(11, 9.0, Faults()).without(gyr=slice(400, 450)),
+        lambda est: part(est, Status.GYR_HELD) > 0.05,
+    ),
     "a magnet near by": Case(
         lambda: recorded(7, 10.0, Faults(magnet=(0.3, -0.3, 0.2), near=(4.0, 7.0))),
         lambda est: 0.2 < part(est, Status.MAG_REJECTED) < 0.5,

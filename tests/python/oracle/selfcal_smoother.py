@@ -19,7 +19,19 @@ from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve, solve_triangular
 
 from .base import Told
-from .driver import ACC_MISSING, GYR_HELD, MAG_MISSING, NOT_ALIGNED, Driver, OracleResult, Settings, rows, time_steps
+from .driver import (
+    ACC_MISSING,
+    GAP,
+    GYR_HELD,
+    MAG_MISSING,
+    NOT_ALIGNED,
+    REPEATED,
+    Driver,
+    OracleResult,
+    Settings,
+    rows,
+    time_steps,
+)
 from .gyro_integration import gyro_step
 from .kalman import MAG_REJECTED, REST, Array, reported, rotation, saturated, triple
 from .selfcal import SelfCalKF
@@ -77,22 +89,44 @@ class SmootherParameters(Parameters):
 
 
 class Causal(SelfCalKF):
-    """The filter, and the rates that it was given: where rows are missing, the held ones.
+    """The filter, and the rates that it was given: where rows are missing, the held ones; and what was lost.
 
-    The driver knows of it neither covariance nor bias.
+    Losses that the data do not tell of are no matter of this oracle: it fails where the watch starts the filter anew.
     """
-
-    has_covariance = False
-    watched = False
 
     def __init__(self, **params: float) -> None:
         super().__init__(**params)
         self.rates: list[Array] = []
+        #: The variance (rad²) of the rotation that was lost in each step.
+        self.lost: list[float] = []
+        #: The gyroscope's bias after each step.
+        self.biases: list[Array] = []
+        #: The samples before whose step the attitude was found again.
+        self.found: list[int] = []
+        self._losing, self._realigned = 0.0, False
+
+    def lose_rotation(self, variance: float) -> None:
+        """What is unknown after the attitude was found again is no loss."""
+        self._losing = self._losing if self._realigned else variance
+        super().lose_rotation(variance)
+
+    def realign(self, q: Quat) -> None:
+        """The attitude was found again before the step that comes."""
+        self._realigned = True
+        self.found.append(len(self.rates))
+        super().realign(q)
+
+    def reopen(self, bias: Vec3) -> None:
+        """No case of this oracle loses the attitude without having been told."""
+        raise AssertionError("the watch has started the filter anew")
 
     def step(self, gyr: Vec3, acc: Vec3 | None, mag: Vec3 | None, dt: float, told: Told) -> None:
         """One sample."""
         self.rates.append(np.array(gyr))
+        self.lost.append(self._losing)
+        self._losing, self._realigned = 0.0, False
         super().step(gyr, acc, mag, dt, told)
+        self.biases.append(self.x[BIAS:MATRIX].copy())
 
 
 @dataclass
@@ -116,9 +150,13 @@ class Summed:
 
 @dataclass
 class Samples:
-    """A recording: rates (rad/s), specific forces, fields in norms of the median one, steps (s), ends of the blocks."""
+    """A recording: rates (rad/s), specific forces, fields in norms of the median one, steps (s), ends of the blocks.
+
+    `lost_variance` is that of the rotation (rad²) that was lost in each step.
+    """
 
     rates: list[Array]
+    lost_variance: list[float]
     acc: list[Array | None]
     mag: list[Array | None]
     dt: list[float]
@@ -136,7 +174,7 @@ class Samples:
                 dt, (rate, turning) = self.dt[i], corrected(self.rates[i], node.x)
                 q = gyro_step(q, triple(turning), dt, "exponential")
                 r, turning = rotation(q), saturated(turning, 1e4)
-                block.turns(r, self.rates[i], rate, turning, dt)
+                block.turns(r, self.rates[i], rate, turning, dt, lost=self.lost_variance[i] > 0.0)
                 block.slip += slip.step(turning, dt)
                 since = min(since + dt, LONGEST_FORCE)
                 if (force := self.acc[i]) is not None:
@@ -152,13 +190,14 @@ class Samples:
         return found
 
     def lost(self, block: Block, part: slice) -> Array:
-        """The covariance of the turn that a clipped gyroscope does not show; nor does such a block show its matrix."""
+        """The covariance of the turn that no gyroscope shows, clipped or lost; such a block shows no matrix either."""
         times = np.array(self.dt[part]) @ self.clipped[part]
-        if not times.any():
+        variance = sum(self.lost_variance[part])
+        if not times.any() and variance == 0.0:
             return np.zeros((3, 3))
         block.matrix = np.zeros((3, 9))
         factor: Array = block.turn * (BEYOND_RANGE * times / block.time)
-        return factor @ factor.T
+        return factor @ factor.T + variance * np.eye(3)
 
     def attitudes(self, nodes: list[Node]) -> tuple[list[Quat], list[Array]]:
         """Of all samples: the rates from a node on, what is left at the next spread evenly; and their turning rates."""
@@ -306,7 +345,14 @@ class SelfCalSmoother:
             seen = None if mag is None else none if field is None else triple(field)
             q, flags = driver.feed(omega, none if force is None else triple(force), seen, step)
             quats.append(q)
-            missing.append(flags & (ACC_MISSING | MAG_MISSING | GYR_HELD))
+            missing.append(flags & (ACC_MISSING | MAG_MISSING | GYR_HELD | GAP | REPEATED))
+        for index in causal.found:
+            # The attitude that was found, turned back by the gyroscope to the end of the loss.
+            q, bias_then = quats[index], causal.biases[index]
+            while causal.lost[index] == 0.0 and index > 0:
+                q = gyro_step(q, triple(causal.rates[index] - bias_then), -dt[index], "exponential")
+                index -= 1
+                quats[index] = q
         known = causal.x.copy()
         known[VELOCITY:ACC_BIAS] = known[DISTURBANCE:HORIZONTAL] = 0.0
         known[IRON:DISTURBANCE] = causal.outputs()["hard_iron"]
@@ -315,7 +361,8 @@ class SelfCalSmoother:
         forward = detected(rates, usable[0], dt, bias, k)
         backward = detected(rates[::-1], usable[0][::-1], [0.0, *dt[:0:-1]], bias, k)
         rest = [a or b for a, b in zip(forward, backward[::-1], strict=True)]
-        samples = Samples(rates, usable[0], fields, dt, rest, find_clipped(np.array(rates), k), block_ends(dt))
+        clipped = find_clipped(np.array(rates), k)
+        samples = Samples(rates, causal.lost, usable[0], fields, dt, rest, clipped, block_ends(dt))
         nodes = [Node(q, known) for q in [quats[0], *(quats[end - 1] for end in samples.ends)]]
         blocks = samples.blocks(nodes)
         clean = [summed.block.clean(known) for summed in blocks if summed.block.fields]
