@@ -185,7 +185,8 @@ def _values(source: ar.Recording, present: list[str]) -> Iterator[Plant]:
             level = part * reach
             clip = of_rows(sensor, lambda r, x, level=level: np.clip(x, -level, level))
             accept = has(f"{sensor}.clipped", lambda f, _, level=level: abs(f.value / level - 1.0) < 0.01)
-            yield Plant(f"{sensor} clipped", clip, accept)
+            # Where all readings of an axis are beyond the level, it is dead.
+            yield Plant(f"{sensor} clipped", clip, accept, allowed=(f"{sensor}.dead",))
     reach = 0.6 * float(np.nanmax(np.abs(source.gyr)))
     wrap = of_rows("gyr", lambda r, x: (x + reach) % (2.0 * reach) - reach)
     yield Plant("gyr wrapped", wrap, has("gyr.wrapped"), allowed=("gyr.wrapped", "axes.", "ref."))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import textwrap
 import time
 import warnings
 from collections import Counter
@@ -145,7 +146,7 @@ def page(
         "",
         "Made by `make check-table`. Faults are planted, each alone, into real and simulated recordings, and",
         f"`ar.check` is asked: {some} signed permutations of each sensor, and the other kinds below. {count} faults in",
-        f"{len(sources)} recordings ({', '.join(sources)}).",
+        *textwrap.wrap(f"{len(sources)} recordings: {', '.join(sources)}.", 118, break_on_hyphens=False),
         "",
         'A vector that is negated turns as before, so that the axes of accelerometer and magnetometer are told "up to',
         'sign" without `up=` or `place=`, and of two sensors alone it cannot be told which is turned; nothing is',

@@ -123,6 +123,16 @@ def test_what_is_missing_is_no_fault(sensors: tuple[str, ...]) -> None:
     assert not grave(ar.check(with_rows(good(), **none)))
 
 
+@pytest.mark.parametrize("value", [0.0, 1e-300, 1e300, np.inf, np.nan])
+def test_readings_that_are_none_are_told_without_a_crash(value: float) -> None:
+    rows = {name: np.full((len(good()), 3), value) for name in ("gyr", "acc", "mag")}
+    report = ar.check(with_rows(good(), **rows), place=(50.0, 10.0, 0.0), up="z")
+    json.loads(report.to_json())
+    assert str(report)
+    assert str(report.recommend())
+    assert not any(one.code == "mag.sign" for one in report.of("error"))
+
+
 @pytest.mark.parametrize("count", [1, 2, 7, 30])
 def test_a_short_recording_is_no_fault(count: int) -> None:
     assert not grave(ar.check(good()[:count]))

@@ -157,6 +157,8 @@ def _lever(case: Case) -> Iterator[Finding]:
     w, alpha = w[rows], alpha[rows]
     design = _cross(alpha) + _cross(w) @ _cross(w)
     x, y = design.reshape(-1, 3), free.reshape(-1)
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return
     lever, *_ = np.linalg.lstsq(x, y, rcond=None)
     explained = 1.0 - float(np.sum((y - x @ lever) ** 2) / max(np.sum(y**2), 1e-12))
     size = float(np.linalg.norm(lever))

@@ -159,6 +159,7 @@ def _judged(case: Case, verdicts: dict[str, Verdict]) -> Iterator[Finding]:
     elif mirrored and "tied" not in states and len(others) == 1:
         yield _gyroscope(case, mirrored[0], "mirrored: no turn of the other sensor explains it")
     elif mirrored or len(others) == 2:
+        case.known["axes in doubt"] = True
         yield _contradiction(others)
     else:
         yield from _one_of_two(case, others[0], verdicts)
@@ -228,6 +229,7 @@ def _one_of_two(case: Case, one: Verdict, verdicts: dict[str, Verdict]) -> Itera
     elif blame == one.sensor:
         yield _vector(case, one)
     else:
+        case.known["axes in doubt"] = True
         yield _pair(one)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._recording import Recording
+from ahrs_rs._streams import GAP_STEPS
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -158,6 +159,7 @@ def _coarse(case: Case) -> Coarse:
             mean = part.mean(axis=1) * case.factors["gyr"]
             turn[i : i + len(part)] = mean if matrix is None else mean @ matrix.T
         turn *= step[:, np.newaxis]
+        turn[step > GAP_STEPS * usual] = np.nan  # what turned in a gap is not known
     found: dict[str, FloatArray | None] = {}
     for name in ("acc", "mag"):
         rows = case.rows(name) if name in case.has else None

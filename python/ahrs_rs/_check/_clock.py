@@ -34,7 +34,8 @@ def clock_of(coarse: Coarse, ref: FloatArray) -> tuple[float, float, bool]:
     optical, sensor = optical[:count], sensor[:count]
     enough = np.count_nonzero((optical > SLOWEST) & (sensor > SLOWEST)) > FEWEST
     reach = min(int(FARTHEST * rate), count // 3)
-    known = np.isfinite(optical)
+    lost = np.cumsum(np.concatenate([[0.0], np.isnan(coarse.turn).any(axis=1)]))
+    known = np.isfinite(optical) & ((lost[step + 1 :] - lost[1:-step])[:count] == 0.0)
     x = np.where(known, optical, 0.0)
     stride = max(count // 40000, 1)
     scores = np.zeros(2 * reach + 1)

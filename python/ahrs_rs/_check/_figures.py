@@ -24,7 +24,8 @@ POINTS, CLOUD = 2000, 3000
 
 def figures(report: Report) -> list[Figure]:
     """Those that there is data for."""
-    made = [_time_line(report), *_ties(report), _ellipsoid(report), _spectra(report)]
+    with np.errstate(all="ignore"):
+        made = [_time_line(report), *_ties(report), _ellipsoid(report), _spectra(report)]
     return [one for one in made if one is not None]
 
 

@@ -110,6 +110,8 @@ def _iron(case: Case) -> Iterator[Finding]:
     soft = float(gains.max() / gains.min() - 1.0)
     agree = by_turns is not None and fit is not None and _agrees(fit, by_turns, field)
     large = score > ERRORS and (ratio > IRON[0] or (fit is not None and soft > SOFT[0]))
+    if large:
+        case.known["iron"] = offset
     contradicted = by_turns is not None and fit is not None and not agree
     grave = large and not contradicted and (ratio > IRON[1] or soft > SOFT[1])
     change = None

@@ -73,6 +73,14 @@ def check_reference(case: Case) -> Iterator[Finding]:
     """Findings about the reference against the sensors."""
     if case.recording.ref is None or "gyr" not in case.has:
         return
+    if case.known.get("axes in doubt"):
+        yield Finding(
+            "ref.form",
+            "note",
+            "cannot tell the form of the reference: the gyroscope's axes are in doubt",
+            confidence=0.5,
+        )
+        return
     coarse = case.coarse()
     assert coarse.ref is not None
     ref = unit(coarse.ref)

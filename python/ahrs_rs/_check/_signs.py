@@ -92,11 +92,14 @@ def _downward(case: Case, matrices: dict[str, FloatArray]) -> float | None:
     acc, mag = case.cells("acc"), case.cells("mag")
     count = min(len(acc.t), len(mag.t))
     known = (acc.share[:count] > 0.05) & (mag.share[:count] > 0.0)
+    known &= (np.linalg.norm(acc.mean[:count], axis=1) > 0.0) & (np.linalg.norm(mag.mean[:count], axis=1) > 0.0)
     if np.count_nonzero(known) < 8:
         return None
     a = acc.mean[:count][known] @ matrices.get("acc", np.eye(3)).T
     m = mag.mean[:count][known] @ matrices.get("mag", np.eye(3)).T
-    return float(np.mean(np.einsum("ij,ij->i", a, m) < 0.0))
+    product = np.einsum("ij,ij->i", a, m)
+    product = product[np.isfinite(product)]
+    return float(np.mean(product < 0.0)) if len(product) >= 8 else None
 
 
 def check_signs(case: Case) -> Iterator[Finding]:

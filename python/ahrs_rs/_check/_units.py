@@ -89,8 +89,10 @@ def _accelerometer(case: Case) -> Iterator[Finding]:
     if norms.size < 4:
         yield Finding("acc.unit", "note", "cannot tell: too few readings of the accelerometer")
         return
-    middle = median(norms)
-    spread = median(np.abs(norms - middle)) / max(middle, 1e-12)
+    resting = _at_rest(case)
+    chosen = norms if resting is None else resting
+    middle = median(chosen)
+    spread = median(np.abs(chosen - middle)) / max(middle, 1e-12)
     factor, unit = 1.0, ""
     for name, size in ACC_UNITS.items():
         if GRAVITY_LIKE[0] <= middle * size / GRAVITY <= GRAVITY_LIKE[1] and spread < 0.15:
@@ -140,6 +142,18 @@ def _accelerometer(case: Case) -> Iterator[Finding]:
         )
     else:
         yield Finding("acc.unit", "ok", f"m/s²: the norm is {middle:.4g} (median)", middle, "m/s²", 0.99)
+
+
+def _at_rest(case: Case) -> FloatArray | None:
+    """Norms over the cells in which the gyroscope is quiet; None where there are few, or where they are near zero."""
+    if "gyr" not in case.has:
+        return None
+    gyr, acc = case.cells("gyr"), case.cells("acc")
+    count = min(len(gyr.t), len(acc.t))
+    quiet = (np.linalg.norm(gyr.std[:count], axis=1) < QUIET) & (acc.share[:count] > 0.05)
+    norms = np.linalg.norm(acc.mean[:count][quiet], axis=1)
+    everywhere = np.linalg.norm(acc.mean[acc.share > 0.05], axis=1)
+    return norms if norms.size >= 4 and median(norms) > 0.3 * median(everywhere) else None
 
 
 def _weightless(case: Case, norms: FloatArray) -> bool:
