@@ -176,7 +176,9 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
             let params = &self.params;
             let x = self.error.take(|| initial_covariance(params));
             self.c3 = self.c3 + vec3(&x, 0);
-            self.bias = saturated(self.bias + vec3(&x, BIAS), S::of(LARGEST_BIAS) * params.initial_bias);
+            // A bias at its limit may be shortened once more, by rounding: not where there is no measurement.
+            let bias = saturated(self.bias + vec3(&x, BIAS), S::of(LARGEST_BIAS) * params.initial_bias);
+            self.bias = Vec3::select(valid, bias, self.bias);
             self.innovation = Vec3::select(valid, a, self.innovation);
             self.nis = S::select(valid, nis, none());
         }

@@ -195,13 +195,13 @@ impl<S: Scalar> State<S> {
         for i in BIAS..N {
             self.mean[i] = self.mean[i] + S::select(lanes, x[i], S::zero());
         }
-        self.limit(params);
+        self.limit(lanes, params);
     }
 
-    /// Brings values that no sensor has back to the largest ones.
+    /// Brings values that no sensor has back to the largest ones. What is at its limit may be shortened once more, by rounding:
+    /// not in a lane whose values have not changed.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn limit(&mut self, params: &Params<S>) {
-        let all = S::Mask::splat(true);
+    fn limit(&mut self, lanes: S::Mask, params: &Params<S>) {
         let many = S::of(LARGEST_BIAS);
         let field = S::of(LARGEST_FIELD);
         for (start, limit) in [
@@ -211,14 +211,14 @@ impl<S: Scalar> State<S> {
             (IRON, field),
             (DISTURBANCE, field),
         ] {
-            self.put(all, start, saturated(vec3(&self.mean, start.min(N - 3)), limit));
+            self.put(lanes, start, saturated(vec3(&self.mean, start.min(N - 3)), limit));
         }
         let mut norm2 = S::zero();
         for i in MATRIX..MATRIX + 9 {
             norm2 = norm2 + self.mean[i] * self.mean[i];
         }
         let largest = many * params.initial_matrix;
-        let over = (largest * largest).lt(norm2);
+        let over = lanes & (largest * largest).lt(norm2);
         if over.any() {
             let factor = S::select(over, largest / norm2.sqrt(), S::one());
             for i in MATRIX..MATRIX + 9 {
