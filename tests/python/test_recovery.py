@@ -115,7 +115,7 @@ def test_a_turn_that_the_gyroscope_did_not_show_is_found_again_within_ten_second
 def test_the_smoother_finds_where_the_turn_was_that_the_gyroscope_did_not_show(how: str) -> None:
     for signals in (lost(resting(seed), how) for seed in SEEDS):
         est = ar.SelfCalSmoother(rate=RATE).run(*signals.sensors(), t=signals.t)
-        # Half a second about the turn apart: before it as after it the sensor rests, where undisturbed it is right to 0.1°.
+        # Half a second about the turn apart: before it as after it the sensor rests; undisturbed, 0.1° are left.
         apart = (signals.t < BEFORE / RATE - 0.5) | (signals.t > (BEFORE + TURN) / RATE + 0.5)
         assert angle_between(est.quat[apart], signals.truth[apart]).max() < 0.5 * DEGREE
 
