@@ -9,6 +9,7 @@ import pytest
 from hypothesis import settings
 
 import ahrs_rs as ar
+from still_open import STILL_OPEN
 
 # The same examples in every run, on every machine: a failure is a change of the code, not of the dice. No
 # deadline: how long an example takes depends on the machine.
@@ -45,3 +46,11 @@ def broad(data_folder: Path) -> list[ar.Recording]:
     files = sorted((data_folder / "broad").glob("*.hdf5"))
     assert len(files) == 12
     return [ar.read(file) for file in files]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Cases that are still open have to fail: one that passes is an error, and is to be taken out of the list."""
+    for item in items:
+        name = item.nodeid.rpartition("tests/python/")[2]
+        if name in STILL_OPEN:
+            item.add_marker(pytest.mark.xfail(strict=True, reason="still open: docs/losses.md"))

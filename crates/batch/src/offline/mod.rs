@@ -6,9 +6,11 @@ mod pieces;
 pub mod selfcal;
 pub mod vqf;
 
+use ahrs_rs::filters::GyroIntegration;
+use ahrs_rs::filters::gyro_integration::Params;
 use ahrs_rs::params::ParamError;
 use ahrs_rs::status;
-use ahrs_rs::{FilterSpec, Measured, Quat, Settings, Vec3};
+use ahrs_rs::{Estimator, FilterSpec, Frame, Measured, Quat, Settings, Vec3};
 use ndarray::ArrayView2;
 
 use crate::recording::{Outputs, Recording, sensors_infinite};
@@ -73,6 +75,30 @@ const KEPT: u16 = status::ANY_MISSING | status::GAP | status::REPEATED;
 fn causal_settings(settings: &Settings) -> Settings {
     let Settings { gyr_hold, repeated, gyr_range, .. } = *settings;
     Settings { gyr_hold, repeated, gyr_range, ..Settings::default() }
+}
+
+/// The rotation from the causal filter's frame to the chosen one, with the heading of the start that is 0 there where no field has
+/// given another one.
+fn output_rotation(series: &Series, settings: &Settings, headed: bool) -> Quat<f64> {
+    let frame = settings.output_rotation(headed);
+    if headed || settings.frame == Frame::Enu {
+        return frame;
+    }
+    // The rule of the start knows nothing of the filter.
+    let start = |frame| {
+        let settings = Settings { frame, ..causal_settings(settings) };
+        let mut estimator = Estimator::<f64, GyroIntegration<f64>>::new(&Params::default(), settings);
+        let acc = usable(series.acc.as_deref(), series.gyr.len());
+        let first = acc.iter().position(Option::is_some)?;
+        for ((&gyr, &dt), acc) in series.gyr.iter().zip(&series.dt).zip(&acc).take(first + 1) {
+            estimator.step(gyr, *acc, None, dt);
+        }
+        Some(estimator.quat())
+    };
+    match (start(settings.frame), start(Frame::Enu)) {
+        (Some(turned), Some(enu)) => (turned * enu.conj()).unit_or(frame),
+        _ => frame,
+    }
 }
 
 /// Leaves out the rows that the causal filter did not take for measurements; `bit` is that of the sensor.

@@ -20,7 +20,7 @@ use ahrs_rs::status;
 use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Mask, Quat, Scalar, Settings, Vec3};
 
 use super::pieces::pieces;
-use super::{KEPT, Offline, Row, Series, Solution, causal_settings, continuous, leave_out, usable};
+use super::{KEPT, Offline, Row, Series, Solution, causal_settings, continuous, leave_out, output_rotation, usable};
 use crate::threads::Watch;
 use ahrs_rs_lanes::simd::{Instructions, Kernel, PortableIsa, Vector};
 #[cfg(target_arch = "x86_64")]
@@ -327,7 +327,7 @@ impl Offline for OfflineVQF {
         let extra = |&index: &usize| output(index, &learnt, &level, &headings, &delta);
         Some(Solution {
             extra: outputs.iter().map(extra).collect(),
-            quat: continuous(&headings, self.settings.output_rotation(headed)),
+            quat: continuous(&headings, output_rotation(series, &self.settings, headed)),
             gyr_bias: learnt.iter().map(|learnt| learnt.bias.value).collect(),
             status,
         })

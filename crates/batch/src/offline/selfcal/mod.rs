@@ -27,7 +27,7 @@ use ahrs_rs::{Estimator, Filter, FilterSpec, Flags, Quat, Settings, Vec3};
 use self::blocks::{Samples, Summed};
 use self::causal::{Causal, Finding};
 use self::found::Found;
-use super::{KEPT, Offline, Series, Solution, causal_settings, continuous, leave_out, usable};
+use super::{KEPT, Offline, Series, Solution, causal_settings, continuous, leave_out, output_rotation, usable};
 use crate::threads::Watch;
 
 /// Samples between two looks at whether it was told to stop.
@@ -314,7 +314,7 @@ impl Offline for SelfCalSmoother {
         let extra = |&index: &usize| found.output(index, &ends, (&quats, headed), norm);
         Some(Solution {
             extra: outputs.iter().map(extra).collect(),
-            quat: continuous(&quats, self.settings.output_rotation(headed)),
+            quat: continuous(&quats, output_rotation(series, &self.settings, headed)),
             gyr_bias,
             status,
         })
