@@ -34,18 +34,18 @@ STAMPS = {
 @pytest.mark.parametrize("t", STAMPS.values(), ids=STAMPS)
 def test_the_rate_is_that_of_the_sensor_however_its_stamps_come(t: np.ndarray) -> None:
     # Jitter and the ticks of a clock move the two ends by up to a step or tick: 1 in 4,000, or 16 ms in 40 s.
-    assert ar.recording.nominal_rate(t) == pytest.approx(RATE, rel=5e-4)
+    assert ar._recording.nominal_rate(t) == pytest.approx(RATE, rel=5e-4)
 
 
 @given(st.floats(0.5, 2000.0), st.integers(2, 500))
 def test_the_rate_of_a_regular_clock_is_exact(rate: float, n: int) -> None:
-    assert ar.recording.nominal_rate(np.arange(n) / rate) == pytest.approx(rate, rel=1e-12)
+    assert ar._recording.nominal_rate(np.arange(n) / rate) == pytest.approx(rate, rel=1e-12)
 
 
 def test_a_clock_that_stands_still_has_no_rate() -> None:
     for t in ([], [1.0], [1.0, 1.0]):
         with pytest.raises(ValueError, match="rate: expected a number"):
-            ar.recording.nominal_rate(np.array(t))
+            ar._recording.nominal_rate(np.array(t))
 
 
 def test_noise_of_a_filter_does_not_change_when_a_clock_ticks_coarsely() -> None:
