@@ -53,7 +53,7 @@ pub const SPEC: FilterSpec = FilterSpec {
 };
 
 choice! {
-    /// How C3 is predicted: by the exact solution over the step, or by the first-order step as published, which fails \
+    /// How C3 is predicted: by the exact solution over the step, or by the first-order step as published, which fails
     /// at high angular rates (39° on a recording of up to 1454 °/s).
     pub enum Prediction { Exponential = "exponential", Euler = "euler" }
 }

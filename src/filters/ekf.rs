@@ -69,7 +69,7 @@ pub const SPEC: FilterSpec = FilterSpec {
 };
 
 choice! {
-    /// What the gyroscope is: a measurement of the rate in the state (Cirillo), or the input that turns the attitude, \
+    /// What the gyroscope is: a measurement of the rate in the state (Cirillo), or the input that turns the attitude,
     /// with the gyroscope's variances as the rate's covariance in every step.
     pub enum Gyroscope { Measurement = "measurement", Input = "input" }
 }

@@ -11,9 +11,6 @@ from hypothesis import settings
 import ahrs_rs as ar
 from still_open import STILL_OPEN
 
-#: Open cases that fail in a worker beside others alone.
-SOMETIMES = ("", "DcmImu")
-
 # The same examples in every run, on every machine: a failure is a change of the code, not of the dice. No
 # deadline: how long an example takes depends on the machine.
 settings.register_profile("deterministic", derandomize=True, deadline=None)
@@ -56,4 +53,4 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         test, _, case = item.name.removesuffix("]").partition("[")
         if case in STILL_OPEN.get(test, ()):
-            item.add_marker(pytest.mark.xfail(strict=case not in SOMETIMES, reason="still open: docs/losses.md"))
+            item.add_marker(pytest.mark.xfail(strict=True, reason="still open: docs/losses.md"))

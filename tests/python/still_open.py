@@ -46,24 +46,4 @@ STILL_OPEN = {
     "test_a_tilted_sensor_starts_by_the_shortest_turn_from_level": ("OfflineVQF-NED-0.001",),
     "test_at_rest_float32_is_as_good_as_float64": ("SelfCalKF-True",),
     "test_at_rest_rounding_is_no_bias": ("DcmImu-False",),
-    # Docstrings of the check, the law of frames in six axes offline, and two that were not looked into.
-    "test_numpydoc_finds_nothing_missing": (
-        "ahrs_rs.Finding",
-        "ahrs_rs.Finding.to_dict",
-        "ahrs_rs.Report",
-        "ahrs_rs.Report.get",
-        "ahrs_rs.Report.of",
-        "ahrs_rs.Report.recommend",
-        "ahrs_rs.Report.to_html",
-        "ahrs_rs.Report.to_dict",
-        "ahrs_rs.Report.to_json",
-        "ahrs_rs.Report.table",
-        "ahrs_rs.check",
-    ),
-    "test_frames_and_declination_turn_the_output": (
-        "6D-OfflineVQF",
-        "6D-SelfCalSmoother",
-    ),
-    "test_description_of_a_filter_has_all_of_its_metadata": ("DcmImu",),
-    "test_a_study_gives_the_same_numbers_for_the_same_seed_and_others_for_another": ("",),
 }

@@ -52,11 +52,15 @@ def check(
 
     Parameters
     ----------
-    recording : as `ahrs_rs.read` gives it; no sensor is needed, each is looked at where it is there.
-    place : (latitude °, longitude °, altitude m) where it was recorded: tells the dip and the norm of the field. Needs
-        ``ahrs-rs[earth]`` for the model of the field; without it, its dip is taken as that of a dipole.
-    date : of the recording, for the field of that day: a date, or a year such as 2024.5; None takes today.
-    up : which axis of the sensor was up when the recording began, as "z" or "-y": tells the sign of the accelerometer.
+    recording : Recording
+        As `ahrs_rs.read` gives it; no sensor is needed, each is looked at where it is there.
+    place : (float, float, float), optional
+        Latitude (°), longitude (°) and altitude (m) where it was recorded: tells the dip and the norm of the field.
+        Needs ``ahrs-rs[earth]`` for the model of the field; without it, its dip is taken as that of a dipole.
+    date : date or float, optional
+        Of the recording, for the field of that day: a date, or a year such as 2024.5; None takes today.
+    up : str, optional
+        Which axis of the sensor was up when the recording began, as "z" or "-y": tells the sign of the accelerometer.
 
     Returns
     -------

@@ -28,28 +28,48 @@ class Finding:
     """One thing that `ahrs_rs.check` found out about a recording.
 
     Findings are made by `check`; what they hold is for reading, and for programs by `code`.
+
+    Parameters
+    ----------
+    code : str
+        Subject and kind, as "gyr.bias": stable names, for programs.
+    severity : str
+        "ok", "note", "warning" or "error": a filter runs well; is told something; is less accurate; goes wrong.
+    message : str
+        What was found, in a sentence. "cannot tell" where the data cannot.
+    value : float, optional
+        The number that it rests on.
+    unit : str, optional
+        Of the number.
+    confidence : float, optional
+        How sure it is, 0 to 1.
+    meaning : str, optional
+        What it means for a filter.
+    remedy : str, optional
+        What to do.
+    evidence : mapping, optional
+        Further numbers.
+    change : Change, optional
+        What `Report.fixed` does about it, by itself where it is grave; None where nothing is sure.
+
+    Examples
+    --------
+    >>> import ahrs_rs as ar
+    >>> finding = ar.check(ar.simulate.demo(duration=60.0))["time.rate"]
+    >>> finding.severity, finding.value, finding.unit
+    ('ok', 100.0, 'Hz')
     """
 
     code: str
-    """Subject and kind, as "gyr.bias": stable names, for programs."""
     severity: str
-    """"ok", "note", "warning" or "error": a filter runs well; is told something; is less accurate; goes wrong."""
     message: str
-    """What was found, in a sentence. "cannot tell" where the data cannot."""
     value: float | None = None
-    """The number that it rests on."""
     unit: str = ""
-    """Of the number."""
     confidence: float = 1.0
-    """How sure it is, 0 to 1."""
     meaning: str = ""
-    """What it means for a filter."""
     remedy: str = ""
-    """What to do."""
     evidence: Mapping[str, Any] = field(default_factory=dict)
-    """Further numbers."""
     change: Change | None = field(default=None, repr=False)
-    """What `Report.fixed` does about it, by itself where it is grave; None where nothing is sure."""
 
     @property
     def subject(self) -> str:
@@ -57,7 +77,13 @@ class Finding:
         return self.code.partition(".")[0]
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it as JSON has it; numbers that JSON lacks are None."""
+        """All of it as JSON has it; numbers that JSON lacks are None.
+
+        Returns
+        -------
+        dict
+            Its fields by name, and whether `Report.fixed` can do something about it ("fixable").
+        """
         return {
             "code": self.code,
             "severity": self.severity,

@@ -19,6 +19,15 @@ if TYPE_CHECKING:
 class Report:
     """What `ahrs_rs.check` found out about a recording.
 
+    Parameters
+    ----------
+    recording : Recording
+        What was checked.
+    findings : tuple of Finding
+        The gravest first.
+    _case : Case
+        What the check has made of the recording.
+
     Examples
     --------
     >>> import ahrs_rs as ar
@@ -31,9 +40,7 @@ class Report:
     """
 
     recording: Recording = field(repr=False)
-    """What was checked."""
     findings: tuple[Finding, ...]
-    """The gravest first."""
     _case: Case = field(repr=False)
 
     def __getitem__(self, code: str) -> Finding:
@@ -44,7 +51,18 @@ class Report:
         return found
 
     def get(self, code: str) -> Finding | None:
-        """The finding of a code; None where there is none."""
+        """The finding of a code.
+
+        Parameters
+        ----------
+        code : str
+            As "gyr.bias".
+
+        Returns
+        -------
+        Finding or None
+            None where there is none.
+        """
         return next((one for one in self.findings if one.code == code), None)
 
     def __contains__(self, code: object) -> bool:
@@ -52,7 +70,17 @@ class Report:
         return any(one.code == code for one in self.findings)
 
     def of(self, severity: str) -> tuple[Finding, ...]:
-        """The findings of a severity: "ok", "note", "warning" or "error".
+        """The findings of a severity.
+
+        Parameters
+        ----------
+        severity : str
+            "ok", "note", "warning" or "error".
+
+        Returns
+        -------
+        tuple of Finding
+            In the order of the report.
 
         Raises
         ------
@@ -73,7 +101,8 @@ class Report:
 
         Parameters
         ----------
-        notes : whether to put right what is sure of the notes too: small biases, delays and hard iron, rows of a slow
+        notes : bool, optional
+            Whether to put right what is sure of the notes too: small biases, delays and hard iron, rows of a slow
             magnetometer that are held. Filters cope with these; calibrated readings suit other uses.
 
         Returns
@@ -100,7 +129,13 @@ class Report:
 
         Parameters
         ----------
-        online : whether it has to run as the readings come; False allows one that takes the whole recording.
+        online : bool, optional
+            Whether it has to run as the readings come; False allows one that takes the whole recording.
+
+        Returns
+        -------
+        Recommendation
+            The filter's name, parameters and keywords, a sentence for each reason, and the error to expect.
 
         Examples
         --------
@@ -118,6 +153,11 @@ class Report:
     def to_html(self) -> str:
         """A page with the findings and plots of the evidence, all in one text.
 
+        Returns
+        -------
+        str
+            HTML that needs no other file.
+
         Raises
         ------
         ImportError
@@ -128,7 +168,13 @@ class Report:
         return page(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, as JSON has it."""
+        """All of it, as JSON has it.
+
+        Returns
+        -------
+        dict
+            Format and version, path, gravest severity, how many findings of each, and the findings.
+        """
         counts = {severity: len(self.of(severity)) for severity in SEVERITIES}
         return {
             "format": "ahrs_rs.check",
@@ -140,7 +186,13 @@ class Report:
         }
 
     def to_json(self) -> str:
-        """The same as text."""
+        """The same as text.
+
+        Returns
+        -------
+        str
+            JSON.
+        """
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=2, allow_nan=False)
 
     def table(self, *, everything: bool = True, width: int = 110) -> str:
@@ -148,8 +200,15 @@ class Report:
 
         Parameters
         ----------
-        everything : False leaves out what is ok.
-        width : of a line.
+        everything : bool, optional
+            False leaves out what is ok.
+        width : int, optional
+            Of a line, in characters.
+
+        Returns
+        -------
+        str
+            Lines of text.
         """
         lines: list[str] = []
         shown = [one for one in self.findings if everything or one.severity != "ok"]

@@ -139,4 +139,4 @@ def _wrap(text: str, first: str = "", others: str | None = None) -> str:
     """The text in lines that a terminal shows, never longer than 100 characters."""
     width = min(shutil.get_terminal_size((100, 24)).columns, 100)
     margin = first if others is None else others
-    return textwrap.fill(text, max(width, 40), initial_indent=first, subsequent_indent=margin)
+    return textwrap.fill(text, max(width, 40), initial_indent=first, subsequent_indent=margin, break_on_hyphens=False)

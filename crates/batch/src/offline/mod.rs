@@ -84,21 +84,18 @@ fn output_rotation(series: &Series, settings: &Settings, headed: bool) -> Quat<f
     if headed || settings.frame == Frame::Enu {
         return frame;
     }
+    let acc = usable(series.acc.as_deref(), series.gyr.len());
+    let Some(first) = acc.iter().position(Option::is_some) else { return frame };
     // The rule of the start knows nothing of the filter.
     let start = |frame| {
         let settings = Settings { frame, ..causal_settings(settings) };
         let mut estimator = Estimator::<f64, GyroIntegration<f64>>::new(&Params::default(), settings);
-        let acc = usable(series.acc.as_deref(), series.gyr.len());
-        let first = acc.iter().position(Option::is_some)?;
         for ((&gyr, &dt), acc) in series.gyr.iter().zip(&series.dt).zip(&acc).take(first + 1) {
             estimator.step(gyr, *acc, None, dt);
         }
-        Some(estimator.quat())
+        estimator.quat()
     };
-    match (start(settings.frame), start(Frame::Enu)) {
-        (Some(turned), Some(enu)) => (turned * enu.conj()).unit_or(frame),
-        _ => frame,
-    }
+    (start(settings.frame) * start(Frame::Enu).conj()).unit_or(frame)
 }
 
 /// Leaves out the rows that the causal filter did not take for measurements; `bit` is that of the sensor.
