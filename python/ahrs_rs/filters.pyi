@@ -682,7 +682,7 @@ class Madgwick(Filter):
     ) -> Self: ...
 
 class EKF(Filter):
-    r"""An extended Kalman filter whose state is the quaternion and the angular rate, held by
+    """An extended Kalman filter whose state is the quaternion and the angular rate, held by
     process noise alone; gyroscope, specific force over g and field over its reference's norm
     are measurements.
 
@@ -730,7 +730,7 @@ class EKF(Filter):
         Gravity g, by which the specific force is divided.
     gyroscope : {"measurement", "input"}, default "measurement"
         What the gyroscope is: a measurement of the rate in the state (Cirillo), or the input
-        that turns the attitude, \ with the gyroscope's variances as the rate's covariance in
+        that turns the attitude, with the gyroscope's variances as the rate's covariance in
         every step.
     integration : {"exponential", "first-order"}, default "exponential"
         Integration of the angular rate over a step: by the exponential map, exact for a rate
@@ -859,7 +859,7 @@ class EKF(Filter):
     ) -> Self: ...
 
 class DcmImu(Filter):
-    r"""An extended Kalman filter whose state is the vertical seen from the sensor (the bottom row
+    """An extended Kalman filter whose state is the vertical seen from the sensor (the bottom row
     C3 of the rotation matrix) and the gyroscope's bias, with an accelerometer covariance that
     grows with the external acceleration.
 
@@ -885,7 +885,7 @@ class DcmImu(Filter):
         Gravity g where the sensor is.
     prediction : {"exponential", "euler"}, default "exponential"
         How C3 is predicted: by the exact solution over the step, or by the first-order step as
-        published, which fails \ at high angular rates (39° on a recording of up to 1454 °/s).
+        published, which fails at high angular rates (39° on a recording of up to 1454 °/s).
     frame : {"ENU", "NED", "NWU"}, default "ENU"
         Earth frame of the attitude.
     declination : float, default 0.0
