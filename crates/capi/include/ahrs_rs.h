@@ -443,7 +443,7 @@ typedef union AhrsMadgwick {
  * - initial_rate (rad/s, 1.0 in [1e-6, 1000.0]): Standard deviation of the angular rate at the start.
  * - gravity (m/s², 9.80665 in [0.001, 1000.0]): Gravity g, by which the specific force is divided.
  * - gyroscope (0 measurement, 1 input): What the gyroscope is: a measurement of the rate in the state
- *   (Cirillo), or the input that turns the attitude, \ with the gyroscope's variances as the rate's covariance
+ *   (Cirillo), or the input that turns the attitude, with the gyroscope's variances as the rate's covariance
  *   in every step.
  * - integration (0 exponential, 1 first-order): Integration of the angular rate over a step: by the
  *   exponential map, exact for a rate that is constant over the step, or by the first-order step of the papers
@@ -474,7 +474,7 @@ typedef union AhrsEKF {
  * - initial_bias (rad/s, 0.1 in [1e-9, 1000.0]): Standard deviation of the bias at the start.
  * - gravity (m/s², 9.80665 in [0.001, 1000.0]): Gravity g where the sensor is.
  * - prediction (0 exponential, 1 euler): How C3 is predicted: by the exact solution over the step, or by the
- *   first-order step as published, which fails \ at high angular rates (39° on a recording of up to 1454 °/s).
+ *   first-order step as published, which fails at high angular rates (39° on a recording of up to 1454 °/s).
  */
 extern const AhrsFilter ahrs_DcmImu;
 typedef union AhrsDcmImu {
