@@ -11,7 +11,7 @@
 
 use crate::STANDARD_GRAVITY;
 use crate::filter::Sample;
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 use crate::so3::{Quat, Vec3};
 
 /// The time between two looks, in s, and the time constant of the low-pass filters.
@@ -34,6 +34,8 @@ const LEAST_HEADING: f64 = 0.17;
 const SIGMAS: f64 = 5.0;
 /// How long in s it takes: a gross or large error, a small one, one of the heading.
 const GROSS_TIME: f64 = 0.6;
+/// What stands for the first of these where a start has seen no force of gravity's norm so far, but others.
+const SHAKEN: f64 = 1.2;
 const SMALL_TIME: f64 = 2.5;
 const HEADING_TIME: f64 = 2.5;
 /// The field is that of the place where its norm and its upward part are what they have been, to this part of the norm.
@@ -115,11 +117,20 @@ impl<S: Scalar> Monitor<S> {
     }
 
     /// Looks at a sample where the mask is true. `q` is the attitude, `claimed` the variances of inclination and heading that the
-    /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. Gives where the attitude is lost.
+    /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. A filter that
+    /// starts at rest is lost too where the start was amid accelerations. Gives where the attitude is lost.
     ///
     /// Inlined, as it is not rare: what is not inlined is slow in lanes.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn look(&mut self, lanes: S::Mask, sample: &Sample<S>, q: Quat<S>, claimed: [S; 2], bias: Vec3<S>) -> S::Mask {
+    pub fn look(
+        &mut self,
+        lanes: S::Mask,
+        sample: &Sample<S>,
+        q: Quat<S>,
+        claimed: [S; 2],
+        bias: Vec3<S>,
+        starts_at_rest: bool,
+    ) -> S::Mask {
         let (zero, one) = (S::zero(), S::one());
         let r = q.matrix();
         let weight = |time: S, constant: f64| time / (S::of(constant) + time);
@@ -128,7 +139,8 @@ impl<S: Scalar> Monitor<S> {
 
         // The force, and how steady it is.
         let force = r.apply(limit(sample.acc.value * S::of(1.0 / STANDARD_GRAVITY), one));
-        let first = self.force.norm2().le(zero);
+        let doubted = S::of(GROSS_TIME).le(self.gross);
+        let first = self.force.norm2().le(zero) | doubted;
         let w = S::select(first, one, weight(self.since_acc, TIME_CONSTANT));
         let off = force - self.force;
         let mean = self.force + off * w;
@@ -183,18 +195,19 @@ impl<S: Scalar> Monitor<S> {
         self.since_acc = S::select(lanes, zero, self.since_acc);
         let lasting =
             |time: S, is: S::Mask| S::select(lanes, S::select(is, time + dt.min(S::of(2.0 * LOOK)), zero), time);
-        let doubted = S::of(GROSS_TIME).le(self.gross) & !gravity;
-        let gross_before = self.gross;
-        self.gross = S::select(doubted, gross_before, lasting(gross_before, gross | large));
+        // A start amid accelerations has taught the filter what is not so, even where its attitude has come right meanwhile.
+        let shaken = gravity & S::of(SHAKEN).le(self.gross) & S::Mask::splat(starts_at_rest);
+        let gross_time = lasting(self.gross, gross | large | shaken);
+        self.gross = S::select(lanes & doubted & !gravity, S::of(SHAKEN), gross_time);
         self.small = lasting(self.small, small);
         self.heading = lasting(self.heading, headed);
         let lost = lanes
-            & (S::of(GROSS_TIME).lt(self.gross)
+            & ((gravity & S::of(GROSS_TIME).lt(self.gross))
                 | S::of(SMALL_TIME).lt(self.small)
                 | S::of(HEADING_TIME).lt(self.heading));
 
         // What is known in the long run, while nothing looks wrong.
-        let sound = lanes & !(gross | large | small | headed);
+        let sound = lanes & !(gross | large | small | headed | shaken);
         let slow = S::select(unknown, one, weight(interval, SLOW));
         let learns = shown & sound;
         self.norm = S::select(learns, unit + slow * (norm.min(S::of(LARGEST) * unit) - unit), self.norm);

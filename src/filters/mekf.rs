@@ -222,7 +222,7 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
         let limits = Thresholds { gyr: params.rest_gyr, acc: params.rest_acc, time: params.rest_time };
         let acc = (sample.acc.value, sample.acc.valid, self.acc_interval);
         // One reading is no mean over a gap.
-        let shown = S::select(sample.lost, S::zero(), dt);
+        let shown = S::select(sample.lost, dt.min(longest), dt);
         self.flags.rest = self.rest.step((sample.gyr, shown), acc, &limits);
 
         if sample.acc.valid.any() {

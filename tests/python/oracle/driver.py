@@ -224,7 +224,9 @@ class Driver:
         if mag is not None:
             # A field of before is off by as much as the sensor has turned since.
             mag = rotate(gyro_step(IDENTITY, turning, -self.filter.known_mag_delay(), "exponential"), mag)
-        lost = self.monitor.look(acc, mag if self.filter.follows_field else None, (q, bias), self.filter.claimed())
+        field = mag if self.filter.follows_field else None
+        in_motion = self.filter.starts_in_motion
+        lost = self.monitor.look(acc, field, (q, bias), self.filter.claimed(), starts_in_motion=in_motion)
         if lost is not None:
             self.monitor.restart()
             self.filter.reopen(lost)

@@ -167,7 +167,7 @@ class MEKF(Filter):
         r = self._predict(gyr, dt, told.lost)
         self.acc_interval = min(self.acc_interval + dt, LONGEST_INTERVAL)
         self.mag_interval = min(self.mag_interval + dt, LONGEST_INTERVAL)
-        shown = 0.0 if told.lost else dt  # one reading is no mean over a gap
+        shown = min(dt, LONGEST_INTERVAL) if told.lost else dt  # one reading is no mean over a gap
         resting = self._resting(np.array(gyr), acc, shown)
         x = np.zeros(6)
         if acc is not None:

@@ -51,7 +51,13 @@ class Monitor:
         self.lasting = np.zeros(3)
 
     def look(
-        self, acc: Vec3, mag: Vec3 | None, attitude: tuple[Quat, Vec3], claimed: tuple[float, float]
+        self,
+        acc: Vec3,
+        mag: Vec3 | None,
+        attitude: tuple[Quat, Vec3],
+        claimed: tuple[float, float],
+        *,
+        starts_in_motion: bool = False,
     ) -> Vec3 | None:
         """Look at force and field by an attitude with a bias, of which these variances (rad²) are claimed.
 
@@ -60,7 +66,8 @@ class Monitor:
         q, bias = attitude
         r, time, self.since_acc = rotation(q), self.since_acc, 0.0
         force = r @ saturated(np.array(acc) / GRAVITY, LARGEST)
-        if self.force is None:
+        doubted = self.lasting[0] >= LASTING[0]
+        if self.force is None or doubted:
             self.force, self.spread = force, 1.0
         else:
             w = weight(time, FAST)
@@ -80,10 +87,12 @@ class Monitor:
             self.since_mag = 0.0
 
         wrong = self._wrong(*claimed)
-        doubted = self.lasting[0] >= LASTING[0] and abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
-        kept = np.array([self.lasting[0] if doubted else 0.0, 0.0, 0.0])
-        self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), kept)
-        if np.any(self.lasting > LASTING):
+        strange = abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
+        shaken = self.lasting[0] == math.inf and not starts_in_motion
+        self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), 0.0)
+        if doubted and strange:
+            self.lasting[0] = math.inf
+        elif shaken or np.any(self.lasting > LASTING):
             return triple(self.bias)
         if not any(wrong):
             if seen:

@@ -90,6 +90,7 @@ class SelfCalKF(Filter):
     follows_field = True
     has_covariance = True
     watched = True
+    starts_in_motion = True
 
     def __init__(self, **params: float) -> None:
         self.k = Parameters(**params)
@@ -190,7 +191,7 @@ class SelfCalKF(Filter):
         force = None if acc is None else np.array(acc)
         if force is not None and not block.pushes(r, force, self.x, self.acc_interval):
             self.flags |= ACC_REJECTED
-        shown_time = 0.0 if told.lost else dt  # one reading is no mean over a gap
+        shown_time = min(dt, LONGEST_FORCE) if told.lost else dt  # one reading is no mean over a gap
         if self.rest.step(omega, force, shown_time, self.acc_interval, self.x[BIAS:MATRIX], k):
             self.flags |= REST
             block.rest += shown_time
