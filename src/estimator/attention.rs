@@ -144,7 +144,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
         if F::SPEC.magnetometer != Magnetometer::Feedback {
             sample.mag.valid = S::Mask::splat(false);
         }
-        let lost = self.monitor.look(due & !recovering, &sample, q, self.filter.claimed(), bias, !F::STARTS_IN_MOTION);
+        let lost = self.monitor.look(due & !recovering, &sample, q, self.filter.claimed(), bias);
         let restarts = lost | (due & recovering);
         if restarts.any() {
             self.monitor = self.monitor.restart(restarts);

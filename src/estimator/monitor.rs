@@ -11,7 +11,7 @@
 
 use crate::STANDARD_GRAVITY;
 use crate::filter::Sample;
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::Scalar;
 use crate::so3::{Quat, Vec3};
 
 /// The time between two looks, in s, and the time constant of the low-pass filters.
@@ -57,8 +57,8 @@ pub struct Monitor<S> {
     /// Its norm and its upward part in the long run.
     norm: S,
     up: S,
-    /// How long a gross, small or heading's error has lasted. A start has no credit: until a force of gravity's norm agrees with it,
-    /// one look that does not is enough.
+    /// How long a gross, small or heading's error has lasted. Where a start has no credit, one look is enough until a force of
+    /// gravity's norm agrees with it.
     gross: S,
     small: S,
     heading: S,
@@ -67,8 +67,8 @@ pub struct Monitor<S> {
 }
 
 impl<S: Scalar> Monitor<S> {
-    /// Before the first look.
-    pub fn new() -> Self {
+    /// Before the first look. A start has no credit, unless the filter expects to be switched on in motion.
+    pub fn new(starts_in_motion: bool) -> Self {
         let (o, v) = (S::zero(), Vec3::zero());
         Monitor {
             since_acc: o,
@@ -78,7 +78,7 @@ impl<S: Scalar> Monitor<S> {
             field: v,
             norm: o,
             up: o,
-            gross: S::of(GROSS_TIME),
+            gross: S::of(if starts_in_motion { 0.0 } else { GROSS_TIME }),
             small: o,
             heading: o,
             bias: v,
@@ -117,20 +117,11 @@ impl<S: Scalar> Monitor<S> {
     }
 
     /// Looks at a sample where the mask is true. `q` is the attitude, `claimed` the variances of inclination and heading that the
-    /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. A filter that
-    /// starts at rest is lost too where the start was amid accelerations. Gives where the attitude is lost.
+    /// filter claims (rad²), `bias` what it takes for the gyroscope's bias. Gives where the attitude is lost.
     ///
     /// Inlined, as it is not rare: what is not inlined is slow in lanes.
     #[cfg_attr(not(debug_assertions), inline(always))]
-    pub fn look(
-        &mut self,
-        lanes: S::Mask,
-        sample: &Sample<S>,
-        q: Quat<S>,
-        claimed: [S; 2],
-        bias: Vec3<S>,
-        starts_at_rest: bool,
-    ) -> S::Mask {
+    pub fn look(&mut self, lanes: S::Mask, sample: &Sample<S>, q: Quat<S>, claimed: [S; 2], bias: Vec3<S>) -> S::Mask {
         let (zero, one) = (S::zero(), S::one());
         let r = q.matrix();
         let weight = |time: S, constant: f64| time / (S::of(constant) + time);
@@ -196,7 +187,7 @@ impl<S: Scalar> Monitor<S> {
         let lasting =
             |time: S, is: S::Mask| S::select(lanes, S::select(is, time + dt.min(S::of(2.0 * LOOK)), zero), time);
         // A start amid accelerations has taught the filter what is not so, even where its attitude has come right meanwhile.
-        let shaken = gravity & S::of(SHAKEN).le(self.gross) & S::Mask::splat(starts_at_rest);
+        let shaken = gravity & S::of(SHAKEN).le(self.gross);
         let gross_time = lasting(self.gross, gross | large | shaken);
         self.gross = S::select(lanes & doubted & !gravity, S::of(SHAKEN), gross_time);
         self.small = lasting(self.small, small);

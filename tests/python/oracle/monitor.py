@@ -32,7 +32,7 @@ def weight(time: float, constant: float) -> float:
 class Monitor:
     """What is seen in the earth frame of an estimate."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, starts_in_motion: bool) -> None:
         self.since_acc = self.since_mag = 0.0
         #: The long-time norm n of the field, its upward part, and the bias.
         self.norm: float | None = None
@@ -40,7 +40,8 @@ class Monitor:
         self.bias = np.zeros(3)
         self.restart()
         #: A start has no credit: one gross look is enough until a force of gravity's norm agrees.
-        self.lasting[0] = LASTING[0]
+        if not starts_in_motion:
+            self.lasting[0] = LASTING[0]
 
     def restart(self) -> None:
         """Forget what was seen, but for what is known in the long run."""
@@ -56,8 +57,6 @@ class Monitor:
         mag: Vec3 | None,
         attitude: tuple[Quat, Vec3],
         claimed: tuple[float, float],
-        *,
-        starts_in_motion: bool = False,
     ) -> Vec3 | None:
         """Look at force and field by an attitude with a bias, of which these variances (rad²) are claimed.
 
@@ -88,7 +87,7 @@ class Monitor:
 
         wrong = self._wrong(*claimed)
         strange = abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
-        shaken = self.lasting[0] == math.inf and not starts_in_motion
+        shaken = self.lasting[0] == math.inf
         self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), 0.0)
         if doubted and strange:
             self.lasting[0] = math.inf
