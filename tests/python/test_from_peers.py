@@ -173,14 +173,16 @@ def test_imufusion_ahrs(imufusion: Any, signals: Signals) -> None:
     assert settings.convention == imufusion.CONVENTION_NWU  # its default
     peer.set_settings(settings)
     peer.set_quaternion(start.astype(np.float32))
-    expected, linear, on_earth = [], [], []
+    expected, linear, on_earth, down = [], [], [], []
     for sample in zip(np.degrees(gyr), acc / GRAVITY, mag, strict=True):
         peer.update(*(one.astype(np.float32) for one in sample))
         expected.append(peer.get_quaternion())
         linear.append(GRAVITY * peer.get_linear_acceleration())
         on_earth.append(GRAVITY * peer.get_earth_acceleration())
+        down.append(peer.get_gravity())
     est = ar.Fusion(rate=RATE, gain=0.5, gyroscope_range=2000.0, frame="NWU").run(gyr, acc, mag, q0=start)
     assert angle_between(np.asarray(expected, dtype=np.float64), est.quat).max() < FLOAT32
+    assert np.abs(down - est.matrix()[:, 2]).max() < FLOAT32
     bound = 10.0 * GRAVITY * FLOAT32  # rounding of the attitude turns gravity
     assert np.abs(linear - est.linear_acceleration(acc, frame="sensor")).max() < bound
     assert np.abs(on_earth - est.linear_acceleration(acc, frame="earth")).max() < bound
