@@ -44,7 +44,7 @@ CLOSED: dict[str, Callable[..., Any]] = {
 }
 SEED = st.integers(0, 10**6)
 #: Each example has random directions of its own.
-FEW = settings(max_examples=30)
+FEW = settings(max_examples=100)
 
 
 def seen(truth: Floats, directions: Floats) -> Floats:
