@@ -160,7 +160,7 @@ def _nwu(method: Any, acc: ArrayLike, mag: ArrayLike, frame: str, declination: f
     _validate.choice("frame", frame, FRAMES)
     turn = angle("declination", declination)
     a, m, there, dtype = acc_and_mag(acc, mag)
-    north = np.linalg.norm(np.cross(a, m), axis=-1)  # m_N = √(1 - m_D²), where that would lose its digits
+    north = _arguments.length(np.cross(a, m))  # m_N = √(1 - m_D²), where that would lose its digits
     up = np.sum(a * m, axis=-1)  # m_D, equations 12 of SAAM and 13 of FAMC
     known = there & _crossed(a, m, dtype)
     rows = []
@@ -263,7 +263,7 @@ def _half_turned(cosine: FloatArray, sine: FloatArray, axis: int) -> FloatArray:
 def _crossed(a: FloatArray, m: FloatArray, dtype: Any) -> BoolArray:
     """Where two unit vectors are not along one line."""
     least = _arguments.LOST * float(np.finfo(dtype).eps)
-    crossed: BoolArray = np.linalg.norm(np.cross(a, m), axis=-1) > least
+    crossed: BoolArray = _arguments.length(np.cross(a, m)) > least
     return crossed
 
 

@@ -1,4 +1,4 @@
-"""FLAE: the largest eigenvalue in closed form, and the eigenvector by elimination."""
+"""FLAE: the largest eigenvalue in closed form, and the eigenvector of it by Cramer's rule."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _validate
 from ahrs_rs._typing import FloatArray, Floats
-from ahrs_rs.attitude._pairs import profile
+from ahrs_rs.attitude._arguments import columns, determinant, dot, longest
+from ahrs_rs.attitude._pairs import largest, profile
 
 METHODS = ("symbolic", "newton", "eig")
 #: Newton's steps at most, from 1, and after the closed form, which has lost digits.
@@ -52,8 +53,8 @@ def flae(
     15(1), 2018, equations 42 to 58, as the documentation of the package `ahrs` has them. Three things differ,
     none in exact arithmetic. The cube root of equation 53 is that of a complex number, and taken as such. The
     root of the closed form, which has lost half of its digits where two eigenvalues are close, is put right
-    by Newton's steps (equation 51). The elimination of equations 55 to 58, which fixes one part of the
-    quaternion at -1, fixes the largest one, so that none has to be other than zero. "symbolic" and "newton"
+    by Newton's steps (equation 51). Equations 55 to 58 fix one part of the
+    quaternion at -1; here it is the largest one, so that none has to be other than zero. "symbolic" and "newton"
     lose digits, and are NaN, as `quest` is.
 
     Examples
@@ -67,11 +68,10 @@ def flae(
     found = profile(sensor, earth, weights)
     w = found.davenport()  # equation 44: the same matrix
     if method == "eig":
-        _, directions = np.linalg.eigh(w)
-        return found.finished(directions[..., -1])
+        return found.finished(*largest(w))
     h = found.matrix  # equation 42: its columns are H_x, H_y and H_z
     t1 = -2.0 * np.sum(h * h, axis=(-2, -1))  # equation 49
-    t2 = -8.0 * np.linalg.det(h)
+    t2 = -8.0 * determinant(h)
     t3 = np.linalg.det(w)
     if method == "newton":
         root = _newton(np.ones(t1.shape), t1, t2, t3, STEPS)
@@ -111,21 +111,21 @@ def _symbolic(t1: FloatArray, t2: FloatArray, t3: FloatArray) -> FloatArray:
 
 
 def _null_vector(n: FloatArray) -> FloatArray:
-    """The vector (..., 4) that a singular symmetric matrix (..., 4, 4) takes to zero, by elimination.
+    """The vector (..., 4) that a singular symmetric matrix (..., 4, 4) takes to zero, not of unit norm.
 
-    Equations 54 to 58 with another order of the unknowns: the adjugate of n is a multiple of q qᵀ, so its largest
-    diagonal element tells the largest part of q, which is set to -1.
+    Equations 54 to 58 by Cramer's rule, multiplied by the determinant in place of being divided by it, with each of the
+    parts as the one that is -1: the longest of the four results is that of the largest part.
     """
-    found, best = np.zeros(n.shape[:-1]), np.zeros(n.shape[:-2])
+    rows = []
     for fixed in range(4):
         others = [k for k in range(4) if k != fixed]
-        block = n[..., others, :][..., :, others]
-        size = np.abs(np.linalg.det(block))
-        better = size > best
-        solvable = np.where(better[..., np.newaxis, np.newaxis], block, np.eye(3))
-        solved = np.linalg.solve(solvable, n[..., others, fixed][..., np.newaxis])[..., 0]
-        candidate = np.full(n.shape[:-1], -1.0)
-        candidate[..., others] = solved
-        found = np.where(better[..., np.newaxis], candidate, found)
-        best = np.where(better, size, best)
-    return found
+        first, second, third = (n[..., others, k] for k in others)
+        right = n[..., others, fixed]
+        across = np.cross(second, third)
+        row = np.empty(n.shape[:-1])
+        row[..., fixed] = -dot(first, across)
+        row[..., others] = columns(
+            dot(right, across), dot(first, np.cross(right, third)), dot(first, np.cross(second, right))
+        )
+        rows.append(row)
+    return longest(np.stack(rows, axis=-2))

@@ -20,8 +20,6 @@ class Profile(NamedTuple):
 
     matrix: FloatArray
     """B = Σ aᵢ bᵢ rᵢᵀ, (..., 3, 3), for directions b in the sensor frame and r on earth."""
-    room: FloatArray
-    """How well the attitude is determined, (...), see `room`."""
     dtype: Any
 
     def davenport(self) -> FloatArray:
@@ -33,12 +31,15 @@ class Profile(NamedTuple):
         square = b + np.swapaxes(b, -1, -2) - trace * np.eye(3)
         return np.block([[trace, np.swapaxes(z, -1, -2)], [z, square]])
 
-    def finished(self, quat: FloatArray, *, polynomial: bool = False) -> Floats:
+    def finished(self, quat: FloatArray, room: FloatArray | None = None, *, polynomial: bool = False) -> Floats:
         """The result of these quaternions, which a polynomial's root was used for or not: NaN where they are lost."""
-        known = determined(self.room, self.dtype)
+        if room is None:
+            s = np.linalg.svd(self.matrix, compute_uv=False)
+            room = room_of(s, np.sign(_arguments.determinant(self.matrix)))
+        known = determined(room, self.dtype)
         if polynomial:
             # The root's error ε / room makes one of ε / room² of the attitude.
-            known &= self.room**2 > _arguments.LOST * np.finfo(np.float64).eps
+            known &= room**2 > _arguments.LOST * np.finfo(np.float64).eps
         return _arguments.finished(quat, known, self.dtype)
 
 
@@ -58,20 +59,26 @@ def profile(sensor: ArrayLike, earth: ArrayLike, weights: ArrayLike | None) -> P
     b, r, there, dtype = checked(sensor, earth)
     a = _arguments.shares("weights", weights, there)
     matrix = np.einsum("...n,...ni,...nj->...ij", a, b, r)
-    return Profile(matrix, room(matrix), dtype)
+    return Profile(matrix, dtype)
 
 
-def room(matrix: FloatArray) -> FloatArray:
+def room_of(values: Floats, sign: FloatArray) -> FloatArray:
     """(s₂ + d s₃) / s₁, 0 to 2, for a profile's singular values s and the sign d of its determinant; 0 if all is zero.
 
     The attitude is determined where that is not zero (Markley 1988). Half the distance of the two largest eigenvalues
     of Davenport's matrix is s₂ + d s₃; for two pairs of an angle θ, small and the same on both sides, it is about θ²/4.
     """
-    s = np.linalg.svd(matrix, compute_uv=False)
-    sign = np.where(np.linalg.det(matrix) < 0.0, -1.0, 1.0)
-    least = s[..., 1] + sign * s[..., 2]
-    quotient: FloatArray = np.divide(least, s[..., 0], out=np.zeros_like(least), where=s[..., 0] > 0.0)
+    least: FloatArray = values[..., 1] + sign * values[..., 2]
+    quotient: FloatArray = np.divide(least, values[..., 0], out=np.zeros_like(least), where=values[..., 0] > 0.0)
     return quotient
+
+
+def largest(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The eigenvector of the largest eigenvalue of Davenport's matrix, and its room: λ₁ and λ₂ are s₁ ± (s₂ + d s₃)."""
+    values, directions = np.linalg.eigh(matrix)  # they ascend
+    total = values[..., 3] + values[..., 2]
+    room = np.divide(values[..., 3] - values[..., 2], total, out=np.zeros_like(total), where=total > 0.0)
+    return directions[..., 3], room
 
 
 def determined(room: FloatArray, dtype: Any) -> BoolArray:
@@ -132,7 +139,7 @@ def pairs(
     turn = angle("declination", declination)
     if dip is None:
         sine = -np.sum(a * m, axis=-1)
-        cosine = np.linalg.norm(np.cross(a, m), axis=-1)
+        cosine = _arguments.length(np.cross(a, m))
     else:
         below = angle("dip", dip)
         if abs(below) > 0.5 * np.pi:

@@ -104,4 +104,4 @@ def _parts(b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArra
     sigma = np.trace(b, axis1=-2, axis2=-1)
     z = np.stack([b[..., i, j] - b[..., j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=-1)
     minors = [s[..., i, i] * s[..., j, j] - s[..., i, j] ** 2 for i, j in ((0, 1), (0, 2), (1, 2))]
-    return sigma, np.linalg.det(s), sum(minors[1:], minors[0]), s, z
+    return sigma, _arguments.determinant(s), sum(minors[1:], minors[0]), s, z

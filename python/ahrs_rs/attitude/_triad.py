@@ -116,7 +116,7 @@ def _axes(pair: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Three axes as columns (..., 3, 3), and the sine of the angle between the two directions (...)."""
     first = pair[..., 0, :]
     cross = np.cross(first, pair[..., 1, :])
-    sine = np.linalg.norm(cross, axis=-1)
+    sine = _arguments.length(cross)
     second = cross / np.where(sine > 0.0, sine, 1.0)[..., np.newaxis]  # equation 12-39b
     third = np.cross(first, second)  # equation 12-39c
     return np.stack((first, second, third), axis=-1), sine  # equations 12-41, 12-42

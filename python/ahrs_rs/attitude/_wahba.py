@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ahrs_rs import _quat
 from ahrs_rs._typing import Floats
 from ahrs_rs.attitude import _arguments
-from ahrs_rs.attitude._pairs import checked, determined, profile, room
+from ahrs_rs.attitude._pairs import checked, determined, largest, profile, room_of
 
 
 def svd(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = None) -> Floats:
@@ -49,12 +49,12 @@ def svd(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = None
     array([0.707107, 0.      , 0.      , 0.707107])
     """
     found = profile(sensor, earth, weights)
-    u, _, v = np.linalg.svd(found.matrix)  # B = U S Vᵀ; numpy's v is Vᵀ
+    u, s, v = np.linalg.svd(found.matrix)  # B = U S Vᵀ; numpy's v is Vᵀ
     # A = U diag(1, 1, det U det V) Vᵀ from earth to sensor: transposed here.
     signs = np.ones(found.matrix.shape[:-1])
-    signs[..., 2] = np.linalg.det(u) * np.linalg.det(v)
+    signs[..., 2] = np.sign(_arguments.determinant(u) * _arguments.determinant(v))
     matrix = np.swapaxes(v, -1, -2) @ (signs[..., np.newaxis] * np.swapaxes(u, -1, -2))
-    return found.finished(_arguments.of_matrix(matrix))
+    return found.finished(_arguments.of_matrix(matrix), room_of(s, signs[..., 2]))
 
 
 def davenport(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = None) -> Floats:
@@ -94,8 +94,7 @@ def davenport(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None 
     array([0.707107, 0.      , 0.      , 0.707107])
     """
     found = profile(sensor, earth, weights)
-    _, directions = np.linalg.eigh(found.davenport())  # the eigenvalues ascend
-    return found.finished(directions[..., -1])
+    return found.finished(*largest(found.davenport()))
 
 
 def wahba_loss(quat: ArrayLike, sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = None) -> Floats:
@@ -194,7 +193,8 @@ def wahba_covariance(sensor: ArrayLike, sigma: ArrayLike, *, weights: ArrayLike 
     bread = np.einsum("...n,...nij->...ij", a, across)
     filling = np.einsum("...n,...nij->...ij", (a * s) ** 2, across)
     # The true directions on earth differ from these by a rotation, which changes no singular value.
-    known = determined(room(np.einsum("...n,...ni,...nj->...ij", a, b, b)), given.dtype)
+    profile_here = np.einsum("...n,...ni,...nj->...ij", a, b, b)
+    known = determined(room_of(np.linalg.svd(profile_here, compute_uv=False), np.ones(())), given.dtype)
     inverse = np.linalg.inv(np.where(known[..., np.newaxis, np.newaxis], bread, np.eye(3)))
     covariance = np.where(known[..., np.newaxis, np.newaxis], inverse @ filling @ inverse, np.nan)
     return (0.5 * (covariance + np.swapaxes(covariance, -1, -2))).astype(given.dtype)
