@@ -38,12 +38,14 @@ def saam(acc: ArrayLike, mag: ArrayLike, *, frame: str = "ENU", declination: flo
     ValueError
         Arrays that are not (..., 3), infinite values, or an unknown frame.
 
-    Notes ----- Source: J. Wu, Z. Zhou, H. Fourati and Y. Cheng, "A super fast attitude determination
-    algorithm for consumer-level accelerometer and magnetometer", IEEE Transactions on Consumer Electronics
-    64(3), 2018, equations 12 to 18, as the documentation of the package `ahrs` has them. Their result is -4
-    m_N q_x times the attitude in NWU, so it is 0/0 for a level sensor. Here it is found four times, for the
-    sensor as it is and turned by half a turn about each of its axes, and the longest result is turned back.
-    Its covariance is that of `triad_covariance`.
+    Notes
+    -----
+    Source: J. Wu, Z. Zhou, H. Fourati and Y. Cheng, "A super fast attitude determination algorithm for
+    consumer-level accelerometer and magnetometer", IEEE Transactions on Consumer Electronics 64(3), 2018, equations
+    12 to 18, as the documentation of the package `ahrs` has them. Their result is -4 m_N q_x times the attitude in
+    NWU, so it is 0/0 for a level sensor. Here it is found four times, for the sensor as it is and turned by half a
+    turn about each of its axes, and the longest result is turned back. Its covariance is that of
+    `triad_covariance`.
 
     Examples
     --------
@@ -80,11 +82,13 @@ def famc(acc: ArrayLike, mag: ArrayLike, *, frame: str = "ENU", declination: flo
     ValueError
         Arrays that are not (..., 3), infinite values, or an unknown frame.
 
-    Notes ----- Source: Z. Liu, W. Liu, X. Gong and J. Wu, "Simplified attitude determination algorithm using
-    accelerometer and magnetometer with extremely low execution time", Journal of Sensors, 2018, equations 10
-    to 23, as the documentation of the package `ahrs` has them. The elimination sets the scalar part to -1,
-    which fails at half a turn (w = 0). As in `saam`, it is done for four poses of the sensor, and that of the
-    largest scalar part is turned back. Its covariance is that of `triad_covariance`.
+    Notes
+    -----
+    Source: Z. Liu, W. Liu, X. Gong and J. Wu, "Simplified attitude determination algorithm using accelerometer and
+    magnetometer with extremely low execution time", Journal of Sensors, 2018, equations 10 to 23, as the
+    documentation of the package `ahrs` has them. The elimination sets the scalar part to -1, which fails at half a
+    turn (w = 0). As in `saam`, it is done for four poses of the sensor, and that of the largest scalar part is
+    turned back. Its covariance is that of `triad_covariance`.
 
     Examples
     --------
@@ -121,12 +125,14 @@ def fqa(acc: ArrayLike, mag: ArrayLike | None = None, *, frame: str = "ENU", dec
     ValueError
         Arrays that are not (..., 3), infinite values, or an unknown frame.
 
-    Notes ----- Source: X. Yun, E. R. Bachmann and R. B. McGhee, "A simplified quaternion-based algorithm for
-    orientation estimation from earth gravity and magnetic field measurements", IEEE Transactions on
-    Instrumentation and Measurement 57(3), 2008, equations 20 to 41, as the documentation of the package
-    `ahrs` has them. Where x is vertical, the roll is taken as zero, as there. The half-angle formulas
-    (equations 23 and 24) lose half of the digits of small angles: of sine and cosine of the half angle, only
-    the larger one is found by its formula, and the other one by sin θ = 2 sin(θ/2) cos(θ/2).
+    Notes
+    -----
+    Source: X. Yun, E. R. Bachmann and R. B. McGhee, "A simplified quaternion-based algorithm for orientation
+    estimation from earth gravity and magnetic field measurements", IEEE Transactions on Instrumentation and
+    Measurement 57(3), 2008, equations 20 to 41, as the documentation of the package `ahrs` has them. Where x is
+    vertical, the roll is taken as zero, as there. The half-angle formulas (equations 23 and 24) lose half of the
+    digits of small angles: of sine and cosine of the half angle, only the larger one is found by its formula, and
+    the other one by sin θ = 2 sin(θ/2) cos(θ/2).
 
     Examples
     --------

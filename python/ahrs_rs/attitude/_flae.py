@@ -48,14 +48,15 @@ def flae(
     ValueError
         Arrays of another shape, infinite values, negative weights, or an unknown method.
 
-    Notes ----- Source: J. Wu, Z. Zhou, B. Gao, R. Li, Y. Cheng and H. Fourati, "Fast linear quaternion
-    attitude estimator using vector observations", IEEE Transactions on Automation Science and Engineering
-    15(1), 2018, equations 42 to 58, as the documentation of the package `ahrs` has them. Three things differ,
-    none in exact arithmetic. The cube root of equation 53 is that of a complex number, and taken as such. The
-    root of the closed form, which has lost half of its digits where two eigenvalues are close, is put right
-    by Newton's steps (equation 51). Equations 55 to 58 fix one part of the
-    quaternion at -1; here it is the largest one, so that none has to be other than zero. "symbolic" and "newton"
-    lose digits, and are NaN, as `quest` is.
+    Notes
+    -----
+    Source: J. Wu, Z. Zhou, B. Gao, R. Li, Y. Cheng and H. Fourati, "Fast linear quaternion attitude estimator using
+    vector observations", IEEE Transactions on Automation Science and Engineering 15(1), 2018, equations 42 to 58,
+    as the documentation of the package `ahrs` has them. Three things differ, none in exact arithmetic. The cube
+    root of equation 53 is that of a complex number, and taken as such. The root of the closed form, which has lost
+    half of its digits where two eigenvalues are close, is put right by Newton's steps (equation 51). Equations 55
+    to 58 fix one part of the quaternion at -1; here it is the largest one, so that none has to be other than zero.
+    "symbolic" and "newton" lose digits, and are NaN, as `quest` is.
 
     Examples
     --------

@@ -36,13 +36,14 @@ def oleq(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = Non
     ValueError
         Arrays of another shape, infinite values, or negative weights.
 
-    Notes ----- Source: Z. Zhou, J. Wu, J. Wang and H. Fourati, "Optimal, recursive and sub-optimal linear
-    solutions to attitude determination from vector observations for GNSS/accelerometer/magnetometer
-    orientation measurement", Remote Sensing 10(3), 2018, as the documentation of the package `ahrs` has it: q
-    ← ½ (W + I) q, again and again, from a random quaternion. Its error shrinks by (1 + λ₂)/(1 + λ₁) a step,
-    by a few percent for gravity and field, so hundreds of steps are due. Here the matrix is squared in place
-    of that: k squarings are 2^k steps. No start is drawn: the columns of the result are what the four unit
-    quaternions become, and the longest one is taken.
+    Notes
+    -----
+    Source: Z. Zhou, J. Wu, J. Wang and H. Fourati, "Optimal, recursive and sub-optimal linear solutions to attitude
+    determination from vector observations for GNSS/accelerometer/magnetometer orientation measurement", Remote
+    Sensing 10(3), 2018, as the documentation of the package `ahrs` has it: q ← ½ (W + I) q, again and again, from a
+    random quaternion. Its error shrinks by (1 + λ₂)/(1 + λ₁) a step, by a few percent for gravity and field, so
+    hundreds of steps are due. Here the matrix is squared in place of that: k squarings are 2^k steps. No start is
+    drawn: the columns of the result are what the four unit quaternions become, and the longest one is taken.
 
     Examples
     --------

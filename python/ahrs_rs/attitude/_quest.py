@@ -38,13 +38,14 @@ def quest(sensor: ArrayLike, earth: ArrayLike, *, weights: ArrayLike | None = No
     ValueError
         Arrays of another shape, infinite values, or negative weights.
 
-    Notes ----- Source: M. D. Shuster and S. D. Oh, "Three-axis attitude determination from vector
-    observations", Journal of Guidance and Control 4(1), 1981, equations 63 to 71, as the documentation of the
-    package `ahrs` has them. The closed form is 0/0 at half a turn (w = 0). The paper then turns the frame by
-    half a turn about one of its axes; here the best of the four frames is always taken, so that no attitude
-    is singular. The polynomial loses more digits than `svd` where the directions are nearly on one line: with
-    two of them at an angle θ, the error is about 16 ε/θ⁴ in place of 4 ε/θ². It is NaN where that is a
-    degree, from 0.04° down.
+    Notes
+    -----
+    Source: M. D. Shuster and S. D. Oh, "Three-axis attitude determination from vector observations", Journal of
+    Guidance and Control 4(1), 1981, equations 63 to 71, as the documentation of the package `ahrs` has them. The
+    closed form is 0/0 at half a turn (w = 0). The paper then turns the frame by half a turn about one of its axes;
+    here the best of the four frames is always taken, so that no attitude is singular. The polynomial loses more
+    digits than `svd` where the directions are nearly on one line: with two of them at an angle θ, the error is
+    about 16 ε/θ⁴ in place of 4 ε/θ². It is NaN where that is a degree, from 0.04° down.
 
     Examples
     --------

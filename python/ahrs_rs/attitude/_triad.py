@@ -76,9 +76,11 @@ def triad_covariance(sensor: ArrayLike, sigma: ArrayLike) -> Floats:
     ValueError
         Arrays of another shape, infinite values, or standard deviations that are negative.
 
-    Notes ----- Source: M. D. Shuster and S. D. Oh, "Three-axis attitude determination from vector
-    observations", Journal of Guidance and Control 4(1), 1981: the covariance of TRIAD. To first order in
-    sigma. It holds for `saam`, `famc` and `fqa` too, with the accelerometer as the first direction.
+    Notes
+    -----
+    Source: M. D. Shuster and S. D. Oh, "Three-axis attitude determination from vector observations", Journal of
+    Guidance and Control 4(1), 1981: the covariance of TRIAD. To first order in sigma. It holds for `saam`, `famc`
+    and `fqa` too, with the accelerometer as the first direction.
 
     Examples
     --------

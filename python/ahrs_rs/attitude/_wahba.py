@@ -172,10 +172,11 @@ def wahba_covariance(sensor: ArrayLike, sigma: ArrayLike, *, weights: ArrayLike 
     ValueError
         Arrays of another shape, infinite values, negative weights, or standard deviations that are not positive.
 
-    Notes ----- To first order in sigma. With the default weights it is (Σ (I - bᵢbᵢᵀ)/σᵢ²)⁻¹, the covariance
-    of QUEST by M. D. Shuster and S. D. Oh (Journal of Guidance and Control 4(1), 1981). With others it is M⁻¹
-    (Σ aᵢ²σᵢ² (I - bᵢbᵢᵀ)) M⁻¹ for M = Σ aᵢ (I - bᵢbᵢᵀ), which the condition of the smallest loss gives when
-    it is differentiated.
+    Notes
+    -----
+    To first order in sigma. With the default weights it is (Σ (I - bᵢbᵢᵀ)/σᵢ²)⁻¹, the covariance of QUEST by M. D.
+    Shuster and S. D. Oh (Journal of Guidance and Control 4(1), 1981). With others it is M⁻¹ (Σ aᵢ²σᵢ² (I - bᵢbᵢᵀ))
+    M⁻¹ for M = Σ aᵢ (I - bᵢbᵢᵀ), which the condition of the smallest loss gives when it is differentiated.
 
     Examples
     --------
