@@ -164,6 +164,14 @@ def test_the_solution_is_that_of_singular_values(method: str, count: int) -> Non
     assert angle_between(solved(sensor, earth, weights), found).max() < 1e-11  # the gap is a tenth at least
 
 
+def test_the_solution_is_that_of_qmt() -> None:
+    qmt = pytest.importorskip("qmt", reason="the package qmt is not installed")
+    earth, weights = directions(4, 48), np.array([1.0, 0.5, 2.0, 3.0])
+    sensor = noisy(quats(random_turns(20, 49)), earth, 0.1, 50)
+    peer = [qmt.quatFromVectorObservations(one, earth, weights) for one in sensor]
+    assert angle_between(peer, ar.attitude.svd(sensor, earth, weights=weights)).max() < 1e-12
+
+
 @pytest.mark.parametrize("method", WAHBA)
 def test_directions_that_do_not_fit_at_all_have_a_solution(method: str) -> None:
     # Half of these profiles have a negative determinant: the reflection would fit better.

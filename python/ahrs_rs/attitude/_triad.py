@@ -79,8 +79,8 @@ def triad_covariance(sensor: ArrayLike, sigma: ArrayLike) -> Floats:
     Notes
     -----
     Source: M. D. Shuster and S. D. Oh, "Three-axis attitude determination from vector observations", Journal of
-    Guidance and Control 4(1), 1981: the covariance of TRIAD. To first order in sigma. It holds for `saam`, `famc`
-    and `fqa` too, with the accelerometer as the first direction.
+    Guidance and Control 4(1), 1981: the covariance of TRIAD, to first order in sigma; it is what the derivatives of
+    `triad` give. It holds for `saam`, `famc` and `fqa` too, with the accelerometer as the first direction.
 
     Examples
     --------
