@@ -55,7 +55,8 @@ pub struct Monitor<S> {
     /// Its norm and its upward part in the long run.
     norm: S,
     up: S,
-    /// How long a gross, small or heading's error has lasted.
+    /// How long a gross, small or heading's error has lasted. A start has no credit: until a force of gravity's norm agrees with it,
+    /// one look that does not is enough.
     gross: S,
     small: S,
     heading: S,
@@ -75,7 +76,7 @@ impl<S: Scalar> Monitor<S> {
             field: v,
             norm: o,
             up: o,
-            gross: o,
+            gross: S::of(GROSS_TIME),
             small: o,
             heading: o,
             bias: v,
@@ -182,7 +183,9 @@ impl<S: Scalar> Monitor<S> {
         self.since_acc = S::select(lanes, zero, self.since_acc);
         let lasting =
             |time: S, is: S::Mask| S::select(lanes, S::select(is, time + dt.min(S::of(2.0 * LOOK)), zero), time);
-        self.gross = lasting(self.gross, gross | large);
+        let doubted = S::of(GROSS_TIME).le(self.gross) & !gravity;
+        let gross_before = self.gross;
+        self.gross = S::select(doubted, gross_before, lasting(gross_before, gross | large));
         self.small = lasting(self.small, small);
         self.heading = lasting(self.heading, headed);
         let lost = lanes

@@ -39,6 +39,8 @@ class Monitor:
         self.up = 0.0
         self.bias = np.zeros(3)
         self.restart()
+        #: A start has no credit: one gross look is enough until a force of gravity's norm agrees.
+        self.lasting[0] = LASTING[0]
 
     def restart(self) -> None:
         """Forget what was seen, but for what is known in the long run."""
@@ -78,7 +80,9 @@ class Monitor:
             self.since_mag = 0.0
 
         wrong = self._wrong(*claimed)
-        self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), 0.0)
+        doubted = self.lasting[0] >= LASTING[0] and abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
+        kept = np.array([self.lasting[0] if doubted else 0.0, 0.0, 0.0])
+        self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), kept)
         if np.any(self.lasting > LASTING):
             return triple(self.bias)
         if not any(wrong):
