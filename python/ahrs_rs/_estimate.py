@@ -228,6 +228,22 @@ class Estimate(_Later, Derived, Table):
         """
         return data_frame(self._columns())
 
+    def to_xarray(self) -> Any:
+        """A ``xarray.Dataset`` (needs the extra ``xarray``), whose arrays are those of the estimate, not copies.
+
+        Variables ``quat`` (component: w, x, y, z), ``euler`` (angle: roll, pitch, yaw; rad), ``gyr_bias`` (axis;
+        rad/s) where estimated, ``status``, and the extra outputs, over the dimension ``t`` with the stamps for
+        coordinates; of N recordings ``recording`` before it, and ``sample`` in place of ``t`` where stamps differ.
+
+        Returns
+        -------
+        xarray.Dataset
+            With the earth frame in its attributes.
+        """
+        from ahrs_rs._labelled import dataset
+
+        return dataset(self)
+
     def _columns(self) -> dict[str, NDArray[Any]]:
         leading = self.quat.shape[:-1]
         columns: dict[str, NDArray[Any]] = {}
