@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ahrs_rs._param import Param
-from ahrs_rs._typing import FloatArray
+from ahrs_rs._typing import BoolArray, FloatArray
 from ahrs_rs._validate import number
 
 #: What a class or function may ask for by name; its other arguments are parameters.
@@ -114,5 +114,5 @@ def called(
 def rows_of(rows: FloatArray | None, count: int) -> list[FloatArray | None]:
     if rows is None:
         return [None] * count
-    there = ~np.isnan(rows).any(axis=1)
+    there: BoolArray = np.asarray(~np.isnan(rows).any(axis=1))
     return [row if one else None for row, one in zip(rows, there, strict=True)]

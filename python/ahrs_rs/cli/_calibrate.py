@@ -16,8 +16,9 @@ from ahrs_rs._printable import printable
 from ahrs_rs._recording import Recording
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import CalibrationError, CalibrationWarning
-from ahrs_rs.cli import _calibrate_gyr, _calibrate_live, _calibrate_output, _calibrated, _common, _reading
+from ahrs_rs.cli import _calibrate_gyr, _calibrate_live, _calibrate_output, _calibrated, _common, _place, _reading
 from ahrs_rs.cli._common import CliError, Commands
+from ahrs_rs.cli._place import Place
 from ahrs_rs.filters import FILTERS
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def add_parser(commands: Commands) -> None:
     mag.add_argument(
         "--norm", type=_common.positive, metavar="UT", help="of the local field, µT (default: estimated, det S = 1)"
     )
+    _place.add_option(mag, "the norm of its field is taken (the extra earth)")
     _calibrate_live.add_options(mag)
     acc = _sensor(sensors, "acc", "accelerometer: scale and offset; held still in many attitudes", accelerometer)
     _ellipsoid_options(acc, 6)
@@ -150,10 +152,10 @@ def _gravity_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gravity",
         type=_common.positive,
-        default=calibration.GRAVITY,
         metavar="G",
-        help="local gravity, m/s² (default: %(default)s)",
+        help=f"local gravity, m/s² (default: that of --place, or {calibration.GRAVITY})",
     )
+    _place.add_option(parser, "its gravity is taken")
 
 
 def _source_options(parser: argparse.ArgumentParser) -> None:
@@ -167,7 +169,21 @@ def magnetometer(args: argparse.Namespace) -> int:
         return _calibrate_live.magnetometer(args)
     if not args.files:
         raise CliError("the following arguments are required: FILE (or --live)")
-    return _ellipsoid(args, lambda mag, _: calibration.magnetometer(mag, parameters=args.parameters, norm=args.norm))
+
+    def fit(mag: FloatArray, rate: float) -> calibration.EllipsoidFit:
+        return calibration.magnetometer(mag, parameters=args.parameters, norm=args.norm)
+
+    return _ellipsoid(args, fit)
+
+
+def _take_place(args: argparse.Namespace, recording: Recording | None) -> None:
+    """Norm and gravity of the place, where they are not given."""
+    place = Place.of(args, recording)
+    if args.sensor == "mag":
+        field = place.field() if args.norm is None and args.parameters != 3 else None
+        args.norm = args.norm if field is None else field.norm
+    else:
+        args.gravity = place.gravity(args.gravity)
 
 
 def accelerometer(args: argparse.Namespace) -> int:
@@ -188,6 +204,7 @@ def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], cali
     _calibrate_output.check_outputs(args)
     recordings = _calibrate_output.read(args)
     readings, rate = _joined(args.sensor, recordings)
+    _take_place(args, recordings[0])
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", CalibrationWarning)
         found = fit(readings, rate)
@@ -197,7 +214,7 @@ def _ellipsoid(args: argparse.Namespace, fit: Callable[[FloatArray, float], cali
         print(f"note       {one.message}")
     _calibrate_output.print_told(recordings)
     _calibrate_output.write(
-        args, found.calibration, lambda path: plots.save(figure(readings, found, args.sensor), path)
+        args, found.calibration, lambda path: plots.save(figure(readings, found, args.sensor), path), recordings
     )
     return 0
 
@@ -208,6 +225,7 @@ def _positions(args: argparse.Namespace) -> int:
         raise CliError("--plot: there is none of the method positions")
     held: list[FloatArray] = []
     recordings = _calibrate_output.read(args)
+    _take_place(args, recordings[0])
     for recording in recordings:
         acc, rate = _joined("acc", [recording])
         held += [acc[part] for part in calibration.held_attitudes(acc, rate)]

@@ -16,6 +16,7 @@ from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import CalibrationWarning
 from ahrs_rs.cli import _calibrate_output
 from ahrs_rs.cli._common import CliError
+from ahrs_rs.cli._place import Place
 
 #: An axis is up or down, or is that of a turn, where it has so much of the whole: within 26°.
 SIDE = 0.9
@@ -72,7 +73,7 @@ def ferraris(args: argparse.Namespace) -> int:
         raise CliError(
             f"--turns: {axis}={math.degrees(angle):g} is not in the recordings; found before it: {len(turns)} turns"
         )
-    found = calibration.ferraris(positions, turns, gravity=args.gravity)
+    found = calibration.ferraris(positions, turns, gravity=Place.of(args, recordings[0]).gravity(args.gravity))
     print(f"ferraris   {' '.join(map(printable, args.files))}: {len(positions)} positions, {len(turns)} turns")
     for name, unit, gain, bias in (
         ("acc", "m/s²", found.acc_gain, found.acc_bias),

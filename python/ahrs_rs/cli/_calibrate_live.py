@@ -13,6 +13,7 @@ from ahrs_rs._printable import printable
 from ahrs_rs.calibration import LiveMagnetometer
 from ahrs_rs.cli import _calibrate_output, _common
 from ahrs_rs.cli._common import CliError
+from ahrs_rs.cli._place import Place
 from ahrs_rs.cli._signals import stoppable
 
 #: The picture is drawn so often, s; and without a terminal a line of it is told so often.
@@ -46,6 +47,8 @@ def magnetometer(args: argparse.Namespace) -> int:
         raise CliError(f"--coverage: expected a share of at most 1, got {args.coverage:g}")
     columns = _columns(args.columns)
     _calibrate_output.check_outputs(args)
+    field = Place.of(args).field() if args.norm is None and args.parameters != 3 else None
+    args.norm = args.norm if field is None else field.norm
     live = LiveMagnetometer(parameters=args.parameters, norm=args.norm)
     passed = _read(live, sys.stdin, columns, args.coverage or 2.0, _Picture(sys.stderr))
     found = live.fit()

@@ -17,8 +17,9 @@ from ahrs_rs._estimate import Estimate
 from ahrs_rs._printable import printable
 from ahrs_rs._recording import Recording
 from ahrs_rs._status import Status
-from ahrs_rs.cli import _calibrated, _common, _reading
+from ahrs_rs.cli import _calibrated, _common, _place, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
+from ahrs_rs.cli._place import Place
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.io import writers
 
@@ -74,9 +75,12 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument(
         "--gravity",
         type=_common.positive,
-        default=GRAVITY,
         metavar="G",
-        help="of the place, for gravity and accelerations, m/s² (default: %(default)s)",
+        help=f"of the place, for gravity and accelerations, m/s² (default: that of --place, or {GRAVITY})",
+    )
+    _place.add_option(parser, "its declination and gravity are taken (the extra earth)")
+    parser.add_argument(
+        "--date", metavar="DATE", help="of the field, like 2024-06-30 (default: the recording's, or today)"
     )
     parser.add_argument(
         "--linear-acceleration", action="store_true", help="write the acceleration in the earth frame too, m/s²"
@@ -102,14 +106,17 @@ def run(args: argparse.Namespace) -> int:
     calibrations = _calibrated.given(args)
     recording = _reading.with_reference(_reading.read(args.file, args), args)
     recording, said = _calibrated.applied(calibrations, recording)
-    start = _Start.of(args)
+    start, place = _Start.of(args), Place.of(args, recording)
+    settings, told = place.settings(settings)
     est = _estimate(choice, recording, settings, start, outputs=outputs)
-    lines = _summary(choice, recording, settings, aligner, est, start)
+    lines = _summary(choice, recording, settings, aligner, est, start) + told
     lines += [("note", note) for note in said]
     if args.output is not None:
         needed = args.linear_acceleration or args.output.suffix.lower() in MESSAGES or any(map(DERIVED.get, derived))
         beside = recording if needed else None
-        est.save(args.output, recording=beside, degrees=args.degrees, outputs=derived, gravity=args.gravity)
+        est.save(
+            args.output, recording=beside, degrees=args.degrees, outputs=derived, gravity=place.gravity(args.gravity)
+        )
         lines.append(("wrote", str(args.output)))
     for key, text in lines:
         print(f"{key:<10} {printable(text)}")
