@@ -47,7 +47,7 @@ class Finished:
     >>> with TemporaryDirectory() as folder:
     ...     ar.write_estimate(Path(folder, "walk-other.csv"), rec.t, rec.ref)
     ...     (est,) = ar.run_many(ar.Finished(Path(folder, "{stem}-other.csv")), [rec])
-    >>> float(ar.metrics.score(est.quat, rec.ref).total.round(6))
+    >>> round(ar.metrics.score(est.quat, rec.ref).total, 6)
     0.0
     """
 

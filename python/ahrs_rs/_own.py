@@ -64,15 +64,29 @@ class OwnFilter:
     ORDER: ClassVar[str] = "wxyz"
 
     def __init__(
-        self, rate: float | None = None, *, frame: str = "ENU", declination: float = 0.0, **keywords: Any
+        self,
+        rate: float | None = None,
+        *,
+        frame: str = "ENU",
+        declination: float = 0.0,
+        gyr_hold: str = "zero-order",
+        repeated: str = "new",
+        gyr_range: float = 0.0,
+        **params: Any,
     ) -> None:
         self.rate = None if rate is None else number("rate", rate)
         self.frame = choice("frame", frame, tuple(_own_calls.TO_ENU))
         self.declination = number("declination", declination)
-        self.settings = {"rate": self.rate, "frame": frame, "declination": self.declination}
-        self.settings |= {name: keywords.pop(name) for name in _own_calls.SETTINGS if name in keywords}
-        self._encoded(keywords)
-        self.params = {name: param.default for name, param in self.PARAMS.items()} | keywords
+        self.settings = {
+            "rate": self.rate,
+            "frame": self.frame,
+            "declination": self.declination,
+            "gyr_hold": gyr_hold,
+            "repeated": repeated,
+            "gyr_range": gyr_range,
+        }
+        self._encoded(params)
+        self.params = {name: param.default for name, param in self.PARAMS.items()} | params
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self.params.items())
@@ -151,7 +165,7 @@ class OwnFilter:
 
     def _recording(self, gyr: Any, acc: Any, mag: Any, t: Any) -> Recording:
         gyr, acc, mag, t = _inputs.inputs(self.NAME, True, gyr, acc, mag, t, goes_on=False)
-        arrays = {
+        arrays: dict[str, Any] = {
             name: None if one is None else np.asarray(one, dtype=np.float64)
             for name, one in (("gyr", gyr), ("acc", acc), ("mag", mag))
         }
@@ -163,14 +177,14 @@ class OwnFilter:
             if self.rate is None:
                 raise ValueError("t: expected stamps where the filter has no rate, got None")
             t = np.arange(len(rows)) / self.rate
-        rate = {} if self.rate is None else {"rate": self.rate}
+        rate: dict[str, Any] = {} if self.rate is None else {"rate": self.rate}
         return Recording(t=t, **rate, **arrays)
 
     def _asked(self) -> tuple[str, ...]:
         """The names that the filter asks for."""
         return ()
 
-    def _quats(self, recording: Recording) -> ArrayLike:
+    def _quats(self, recording: Recording) -> Any:
         raise NotImplementedError
 
     def _given(self, recording: Recording) -> dict[str, Any]:
@@ -185,7 +199,7 @@ class _Object(OwnFilter):
     def _asked(self) -> tuple[str, ...]:
         return _own_calls.names(self.THING) if isinstance(self.THING, type) else ()
 
-    def _quats(self, recording: Recording) -> ArrayLike:
+    def _quats(self, recording: Recording) -> Any:
         if isinstance(self.THING, type):
             settings = {**self.settings, "rate": recording.rate}
             wanted = {name: value for name, value in settings.items() if name in self._asked()}
@@ -224,8 +238,8 @@ class _Function(OwnFilter):
     def _asked(self) -> tuple[str, ...]:
         return _own_calls.names(self.THING)
 
-    def _quats(self, recording: Recording) -> ArrayLike:
-        found: ArrayLike = _own_calls.called(self.THING, self._given(recording), _own_calls.DATA[:4], self.params)
+    def _quats(self, recording: Recording) -> Any:
+        found = _own_calls.called(self.THING, self._given(recording), _own_calls.DATA[:4], self.params)
         return found
 
 
@@ -243,7 +257,7 @@ def own_class(thing: Any, name: str | None = None) -> type[OwnFilter]:
     frame = choice("FRAME", getattr(thing, "FRAME", "ENU"), tuple(_own_calls.TO_ENU))
     order = choice("ORDER", getattr(thing, "ORDER", "wxyz"), _own_calls.ORDERS)
     kind = thing if isinstance(thing, type) or maker is _Function else type(thing)
-    called = name or getattr(thing, "NAME", None) or getattr(kind, "__name__", type(thing).__name__)
+    called = str(name or getattr(thing, "NAME", None) or getattr(kind, "__name__", type(thing).__name__))
     body = {
         "__doc__": inspect.getdoc(thing),
         "NAME": called,

@@ -93,7 +93,7 @@ def find_filter(name: str) -> type[Filter]:
     if ":" in name or "=" in name:
         return _own_filter(name)
     by_name = {known.lower(): cls for known, cls in (*FILTERS.items(), *FILTERS.own.items())}
-    cls = by_name.get(name.lower())
+    cls: type[Filter] | None = by_name.get(name.lower())
     if cls is None:
         raise CliError(f"unknown filter {name!r}{did_you_mean(name, FILTERS)}; there are {', '.join(FILTERS)}")
     return cls
