@@ -248,6 +248,8 @@ def own_class(thing: Any, name: str | None = None) -> type[OwnFilter]:
     if isinstance(thing, type) and issubclass(thing, OwnFilter):
         return thing
     maker: type[OwnFilter]
+    if isinstance(thing, Filter) or (isinstance(thing, type) and issubclass(thing, Filter)):
+        raise TypeError(f"filter: {EXPECTED}, got {getattr(thing, '__name__', thing)}")
     if callable(getattr(thing, "update", None)) or callable(getattr(thing, "run", None)):
         maker = _Object
     elif callable(thing) and not isinstance(thing, type):

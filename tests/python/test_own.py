@@ -188,6 +188,12 @@ def test_registered_filters_are_found_and_are_in_no_loop() -> None:
         ar.register(Wrapped, name="Madgwick")
 
 
+@pytest.mark.parametrize("thing", [ar.Madgwick, ar.Filter, ar.Madgwick(rate=50.0)])
+def test_a_filter_of_the_package_is_none_of_ones_own(thing: Any) -> None:
+    with pytest.raises(TypeError, match=r"or a filter of your own .*, got"):
+        ar.register(thing, name="Mine")
+
+
 def test_finished_orientations_are_taken_to_the_recordings_times(tmp_path: Path) -> None:
     recs = recordings(2)
     for k, rec in enumerate(recs):
