@@ -164,6 +164,8 @@ pub trait Filter<S: Scalar>: Clone {
     const HAS_COVARIANCE: bool = false;
     /// True where the estimator watches whether that is so (`claimed`, `reopen`).
     const WATCHED: bool = false;
+    /// True where the filter expects to be switched on in motion: accelerations at the start are no reason to begin again.
+    const STARTS_IN_MOTION: bool = false;
 
     /// The filter at the identity, with no memory of any sample.
     fn new(params: &Self::Params) -> Self;

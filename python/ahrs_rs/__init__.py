@@ -33,13 +33,13 @@ from ahrs_rs.filters import FILTERS as FILTERS
 from ahrs_rs.io import read, read_all, sensors
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, earth, papers, plots, signal, simulate, tuning
+    from ahrs_rs import attitude, calibration, earth, papers, plots, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "earth", "papers", "plots", "signal", "simulate", "tuning")
+_LATER = ("attitude", "calibration", "earth", "papers", "plots", "signal", "simulate", "tuning")
 #: The same for functions and classes: name -> module.
 _LATER_FUNCTIONS = {
     "Finding": "_check",
@@ -63,6 +63,7 @@ __all__ = [
     "Status",
     "Sweep",
     "SweepInterrupted",
+    "attitude",
     "calibration",
     "check",
     "earth",

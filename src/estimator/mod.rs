@@ -126,7 +126,7 @@ impl<S: Scalar, F: Filter<S>> Estimator<S, F> {
             losses: Losses::new(),
             recovery: Recovery::new(),
             recovers: false,
-            monitor: Monitor::new(),
+            monitor: Monitor::new(F::STARTS_IN_MOTION),
             attended: None,
         }
     }

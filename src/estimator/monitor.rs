@@ -34,6 +34,8 @@ const LEAST_HEADING: f64 = 0.17;
 const SIGMAS: f64 = 5.0;
 /// How long in s it takes: a gross or large error, a small one, one of the heading.
 const GROSS_TIME: f64 = 0.6;
+/// What stands for the first of these where a start has seen no force of gravity's norm so far, but others.
+const SHAKEN: f64 = 1.2;
 const SMALL_TIME: f64 = 2.5;
 const HEADING_TIME: f64 = 2.5;
 /// The field is that of the place where its norm and its upward part are what they have been, to this part of the norm.
@@ -55,7 +57,8 @@ pub struct Monitor<S> {
     /// Its norm and its upward part in the long run.
     norm: S,
     up: S,
-    /// How long a gross, small or heading's error has lasted.
+    /// How long a gross, small or heading's error has lasted. Where a start has no credit, one look is enough until a force of
+    /// gravity's norm agrees with it.
     gross: S,
     small: S,
     heading: S,
@@ -64,8 +67,8 @@ pub struct Monitor<S> {
 }
 
 impl<S: Scalar> Monitor<S> {
-    /// Before the first look.
-    pub fn new() -> Self {
+    /// Before the first look. A start has no credit, unless the filter expects to be switched on in motion.
+    pub fn new(starts_in_motion: bool) -> Self {
         let (o, v) = (S::zero(), Vec3::zero());
         Monitor {
             since_acc: o,
@@ -75,7 +78,7 @@ impl<S: Scalar> Monitor<S> {
             field: v,
             norm: o,
             up: o,
-            gross: o,
+            gross: S::of(if starts_in_motion { 0.0 } else { GROSS_TIME }),
             small: o,
             heading: o,
             bias: v,
@@ -127,7 +130,8 @@ impl<S: Scalar> Monitor<S> {
 
         // The force, and how steady it is.
         let force = r.apply(limit(sample.acc.value * S::of(1.0 / STANDARD_GRAVITY), one));
-        let first = self.force.norm2().le(zero);
+        let doubted = S::of(GROSS_TIME).le(self.gross);
+        let first = self.force.norm2().le(zero) | doubted;
         let w = S::select(first, one, weight(self.since_acc, TIME_CONSTANT));
         let off = force - self.force;
         let mean = self.force + off * w;
@@ -182,16 +186,19 @@ impl<S: Scalar> Monitor<S> {
         self.since_acc = S::select(lanes, zero, self.since_acc);
         let lasting =
             |time: S, is: S::Mask| S::select(lanes, S::select(is, time + dt.min(S::of(2.0 * LOOK)), zero), time);
-        self.gross = lasting(self.gross, gross | large);
+        // A start amid accelerations has taught the filter what is not so, even where its attitude has come right meanwhile.
+        let shaken = gravity & S::of(SHAKEN).le(self.gross);
+        let gross_time = lasting(self.gross, gross | large | shaken);
+        self.gross = S::select(lanes & doubted & !gravity, S::of(SHAKEN), gross_time);
         self.small = lasting(self.small, small);
         self.heading = lasting(self.heading, headed);
         let lost = lanes
-            & (S::of(GROSS_TIME).lt(self.gross)
+            & ((gravity & S::of(GROSS_TIME).lt(self.gross))
                 | S::of(SMALL_TIME).lt(self.small)
                 | S::of(HEADING_TIME).lt(self.heading));
 
         // What is known in the long run, while nothing looks wrong.
-        let sound = lanes & !(gross | large | small | headed);
+        let sound = lanes & !(gross | large | small | headed | shaken);
         let slow = S::select(unknown, one, weight(interval, SLOW));
         let learns = shown & sound;
         self.norm = S::select(learns, unit + slow * (norm.min(S::of(LARGEST) * unit) - unit), self.norm);

@@ -78,6 +78,9 @@ params! {
 
 /// The largest turn in rad of a first-order step.
 const LARGEST_TURN: f64 = 10.0;
+
+/// How sure this filter is of the inclination in motion at best, in rad. Its own covariance says tens of degrees.
+const UNSURE: f64 = 0.05;
 /// Where the bias stands in the state.
 const BIAS: usize = 3;
 
@@ -134,8 +137,7 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn claimed(&self) -> [S; 2] {
-        let p = &self.error.p;
-        [p[(0, 0)].max(p[(1, 1)]).max(p[(2, 2)]), S::one()]
+        [S::of(UNSURE * UNSURE), S::one()]
     }
     #[cold]
     #[inline(never)]

@@ -221,7 +221,9 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
         let params = &self.params;
         let limits = Thresholds { gyr: params.rest_gyr, acc: params.rest_acc, time: params.rest_time };
         let acc = (sample.acc.value, sample.acc.valid, self.acc_interval);
-        self.flags.rest = self.rest.step((sample.gyr, dt), acc, &limits);
+        // One reading is no mean over a gap.
+        let shown = S::select(sample.lost, dt.min(longest), dt);
+        self.flags.rest = self.rest.step((sample.gyr, shown), acc, &limits);
 
         if sample.acc.valid.any() {
             self.use_acc(sample.acc.valid, r.apply(sample.acc.value));
@@ -231,7 +233,7 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
             self.use_mag(sample.mag.valid, r.apply(field));
         }
         if self.flags.rest.any() {
-            self.use_rest(sample.gyr, dt);
+            self.use_rest(sample.gyr, shown);
         }
         self.inject();
     }

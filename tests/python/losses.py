@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -104,11 +105,19 @@ def observed_error(cls: type[ar.Filter], quat: Floats, truth: Floats) -> Floats:
     return angle_between(quat, truth) if cls.MAGNETOMETER else inclination_between(quat, truth)
 
 
-def largest_errors(f: ar.Filter, recordings: Sequence[Signals], after: float, **keywords: Any) -> Floats:
-    """The largest error (rad) of each recording from a time in s on, in what the filter observes."""
+def largest_errors(
+    f: ar.Filter,
+    recordings: Sequence[Signals],
+    after: float,
+    *,
+    error: Callable[[Floats, Floats], Floats] | None = None,
+    **keywords: Any,
+) -> Floats:
+    """The largest error (rad) of each recording from a time in s on, in what the filter observes or another measure."""
     estimates = run_all(f, recordings, **keywords)
+    measure = functools.partial(observed_error, type(f)) if error is None else error
     errors = [
-        observed_error(type(f), est.quat[one.t > after], one.truth[one.t > after]).max()
+        measure(est.quat[one.t > after], one.truth[one.t > after]).max()
         for est, one in zip(estimates, recordings, strict=True)
     ]
     return np.array(errors)

@@ -1,8 +1,8 @@
 """What the oracles gave, kept in files: their plain loops take minutes, and what they give changes seldom.
 
-Every `STEP`th row and the last one are kept, and a hash of all status bits, in oracle/results/FILE.npz. Of which
-sources each result is (`oracle_sources`) stands in oracle/results/sources.json. A test fails where these have changed
-since; `make oracle` then computes all results in full, compares each row with the filter's, and keeps what is new. A
+Every `STEP`th row and the last one are kept, to 6e-14, and a hash of all status bits, in oracle/results/FILE.npz. Of
+which sources each result is (`oracle_sources`) stands in oracle/results/sources.json. A test fails where these have
+changed since; `make oracle` then computes all results in full, compares each row with the filter's, and keeps what is new. A
 twentieth of what is kept is computed again in every run of the tests, another one at each commit.
 """
 
@@ -31,6 +31,10 @@ ROUNDING = 1e-13
 HERE = Path(__file__).parent
 FOLDER = HERE / "oracle" / "results"
 SOURCES = "sources.json"
+#: By how much a matrix may differ from its transpose and be kept as symmetric.
+SYMMETRY = 1e-11
+#: What the key of symmetric matrices ends with, of which the upper half is kept.
+UPPER = "upper"
 #: Set by `make oracle`: every result is computed, and kept where it is another one.
 ALL = os.environ.get("AHRS_RS_ORACLE") == "all"
 ADVICE = "`make oracle` computes anew what is kept of the oracles"
@@ -68,7 +72,7 @@ class Twin:
 
 def status_hash(status: NDArray[Any], mask: int) -> str:
     """Of status bits, whatever the width of their dtype."""
-    return hashlib.sha256((status.astype("<i8") & mask).tobytes()).hexdigest()
+    return hashlib.sha256((status.astype("<i8") & mask).tobytes()).hexdigest()[:32]
 
 
 def twins(
@@ -158,12 +162,49 @@ def read(file: str) -> dict[str, Kept]:
         return {}
     with np.load(path) as arrays:
         found = {name: Kept(*status, {}) for name, *status in json.loads(str(arrays["index"]))}
-        for output in set(arrays.files) - {"index"}:
+        for key in set(arrays.files) - {"index"}:
+            output, whole = unpacked(key, arrays[key])
             owners = [kept for kept in found.values() if output in kept.outputs]
             ends = np.cumsum([len(kept_rows(kept.length)) for kept in owners])
-            for kept, array in zip(owners, np.split(arrays[output], ends[:-1]), strict=True):
+            for kept, array in zip(owners, np.split(whole, ends[:-1]), strict=True):
                 kept.values[output] = array
     return found
+
+
+def packed(output: str, values: Floats) -> dict[str, NDArray[Any]]:
+    """An output as it is kept, by a key that says its shape.
+
+    What is below half of `ROUNDING` is dropped, of a symmetric matrix the lower half, and bytes of like weight stand
+    side by side, which compresses better.
+    """
+    key = [output, *map(str, values.shape[1:])]
+    if values.ndim == 3 and is_symmetric(values):
+        key.append(UPPER)
+        values = values[:, *np.triu_indices(values.shape[1])]
+    # Multiples of 2⁻⁴⁴, 5.7e-14, of one or of the power of two above the number.
+    scale = np.exp2(44 - np.maximum(0, np.frexp(values)[1]))
+    values = np.where(np.isfinite(values), np.rint(values * scale) / scale, values)
+    return {" ".join(key): np.ascontiguousarray(values.astype("<f8").reshape(-1, 1).view(np.uint8).T)}
+
+
+def is_symmetric(matrices: Floats) -> bool:
+    """Whether all matrices (N, i, j) are, but for a tenth of what tests allow."""
+    turned = np.swapaxes(matrices, 1, 2)
+    return turned.shape == matrices.shape and np.allclose(matrices, turned, SYMMETRY, SYMMETRY, equal_nan=True)
+
+
+def unpacked(key: str, weights: NDArray[np.uint8]) -> tuple[str, Floats]:
+    """An output and its values, of what is kept."""
+    output, *shape = key.split()
+    values = np.ascontiguousarray(weights.T).view("<f8").astype(np.float64)
+    if shape[-1:] != [UPPER]:
+        return output, values.reshape(-1, *map(int, shape))
+    size = int(shape[0])
+    i, j = np.triu_indices(size)
+    upper = values.reshape(-1, len(i))
+    whole = np.empty((len(upper), size, size))
+    whole[:, i, j] = whole[:, j, i] = upper
+    return output, whole
 
 
 def forget() -> None:
@@ -186,9 +227,9 @@ def keep(file: str, name: str, key: str, kept: Kept) -> None:
             results = dict(sorted((results | {name: kept}).items()))
             # An output of all recordings is one array: many small ones take more for their heads.
             outputs = sorted(set().union(*(each.outputs for each in results.values())))
-            arrays = {
-                o: np.concatenate([each.values[o] for each in results.values() if o in each.outputs]) for o in outputs
-            }
+            arrays: dict[str, NDArray[Any]] = {}
+            for o in outputs:
+                arrays |= packed(o, np.concatenate([each.values[o] for each in results.values() if o in each.outputs]))
             index = json.dumps([[name, each.status, each.length, each.outputs] for name, each in results.items()])
             np.savez_compressed(FOLDER / f"{file}.npz", index=np.array(index), **arrays)
         known[f"{file}: {name}"] = key

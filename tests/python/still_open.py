@@ -5,28 +5,7 @@ docs/losses.md, "What is still open", says them in words.
 
 #: Test -> its cases.
 STILL_OPEN = {
-    "test_a_start_that_is_wrong_is_forgotten_within_ten_seconds": (
-        "MEKF-shaken",
-        "MEKF-dropped",
-        "DcmImu-dropped",
-    ),
-    "test_a_given_attitude_that_is_wrong_is_forgotten_within_ten_seconds": (
-        "MEKF-90.0-[1.0, 0.0, 0.0]",
-        "MEKF-90.0-[0.0, 1.0, 0.0]",
-        "MEKF-90.0-[0.6, 0.8, 0.0]",
-        "MEKF-150.0-[1.0, 0.0, 0.0]",
-        "MEKF-150.0-[0.0, 1.0, 0.0]",
-        "MEKF-150.0-[0.6, 0.8, 0.0]",
-        "DcmImu-150.0-[1.0, 0.0, 0.0]",
-        "DcmImu-150.0-[0.0, 1.0, 0.0]",
-        "DcmImu-150.0-[0.6, 0.8, 0.0]",
-    ),
-    "test_a_turn_that_the_gyroscope_did_not_show_is_found_again_within_ten_seconds": (
-        "EKF-gyr is clipped",
-        "EKF-gyr is wrapped",
-        "DcmImu-gyr is clipped",
-        "DcmImu-gyr is wrapped",
-    ),
+    "test_a_turn_that_the_gyroscope_did_not_show_is_found_again_within_ten_seconds": ("DcmImu-gyr is wrapped",),
     "test_three_seconds_of_a_wrong_accelerometer_are_forgotten_a_minute_later": (
         "SelfCalKF-swapped",
         "MEKF-pushed",
@@ -37,13 +16,8 @@ STILL_OPEN = {
     "test_an_offline_filter_is_not_wrong_before_a_loss": ("SelfCalSmoother-gyr is NaN",),
     "test_a_clock_that_is_set_ahead_at_rest_is_no_matter_ten_seconds_later": (
         "LinearKalman-200000000.0",
-        "MEKF-60.0",
-        "MEKF-3600.0",
-        "MEKF-200000000.0",
-        "SelfCalKF-3600.0",
         "SelfCalKF-200000000.0",
     ),
     "test_a_tilted_sensor_starts_by_the_shortest_turn_from_level": ("OfflineVQF-NED-0.001",),
-    "test_at_rest_float32_is_as_good_as_float64": ("SelfCalKF-True",),
     "test_at_rest_rounding_is_no_bias": ("DcmImu-False",),
 }

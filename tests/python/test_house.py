@@ -21,6 +21,7 @@ names_tool = importlib.import_module("names")
 
 #: The documented namespaces: what else there is has an underscore (scipy's rule).
 NAMESPACES = {
+    "attitude",
     "calibration",
     "cli",
     "earth",

@@ -21,22 +21,33 @@ KERNELS = {"lanes": "ahrs_rs_lanes..bank..Lanes", "alone": "ahrs_rs_lanes..strea
 TYPES = 2
 
 
-def _symbols() -> list[str]:
+def _symbols(path: Path) -> list[str]:
+    """What a library defines."""
     nm = shutil.which("nm")
     if nm is None:
         pytest.skip("there is no nm on this machine")
-    listed = subprocess.run([nm, str(Path(_native.__file__))], capture_output=True, text=True, check=True)
-    names = [line.split()[-1] for line in listed.stdout.splitlines() if line.strip()]
+    listed = subprocess.run([nm, "--defined-only", str(path)], capture_output=True, text=True, check=True)
+    names = [line.split()[-1] for line in listed.stdout.splitlines() if len(line.split()) == 3]
     if not names:
         pytest.skip("the native library is stripped")
     return names
 
 
 def test_every_kernel_is_compiled_once() -> None:
-    runs = [name for name in _symbols() if "3run17h" in name]
+    runs = [name for name in _symbols(Path(_native.__file__)) if "3run17h" in name]
     counts = Counter(kind for name in runs for kind, part in KERNELS.items() if part in name)
     streaming = sum(cls.STREAMING for cls in ar.FILTERS.values())
     assert counts["alone"] == TYPES * streaming
     # One for each set of instructions: a portable build has one, x86-64 two, and three with the feature `portable`.
     sets = {1: "portable", 2: "x86-64", 3: "x86-64 with portable lanes"}
     assert counts["lanes"] / (TYPES * streaming) in sets
+
+
+def test_the_crate_that_calls_the_kernels_compiles_none() -> None:
+    """The linker drops a second copy, so that the library does not show it: what is compiled does."""
+    built = Path(__file__).parents[2] / "target" / "release" / "deps"
+    libraries = sorted(built.glob("libahrs_rs_batch-*.rlib"), key=lambda path: path.stat().st_mtime)
+    if not libraries:
+        pytest.skip("the package was not built here")
+    kernels = [name for name in _symbols(libraries[-1]) if any(part in name for part in KERNELS.values())]
+    assert kernels == []

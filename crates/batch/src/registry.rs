@@ -41,19 +41,20 @@ pub static ENTRIES: LazyLock<Box<[Entry]>> = LazyLock::new(|| {
     let singles = ahrs_rs_kernel_f32_scalar::STREAMS.iter().zip(ahrs_rs_kernel_f64_scalar::STREAMS);
     let entries = SPECS.iter().zip(singles).enumerate().map(|(index, (&spec, (&single_f32, &single_f64)))| Entry {
         spec,
-        f32: Constructors { stream: single_f32, banks: BANKS_F32.map(|banks| banks.get(index).copied()) },
-        f64: Constructors { stream: single_f64, banks: BANKS_F64.map(|banks| banks.get(index).copied()) },
+        f32: Constructors { stream: single_f32, banks: BANKS_F32.map(|&banks| banks.get(index).copied()) },
+        f64: Constructors { stream: single_f64, banks: BANKS_F64.map(|&banks| banks.get(index).copied()) },
     });
     entries.collect()
 });
 
-/// The banks of every filter in `f32`, in the order of [`Isa::ALL`].
-static BANKS_F32: [&[BankCtor<f32>]; Isa::ALL.len()] =
-    [ahrs_rs_kernel_f32_portable::BANKS, ahrs_rs_kernel_f32_avx2::BANKS, ahrs_rs_kernel_f32_avx512::BANKS];
+/// The banks of every filter in `f32`, in the order of [`Isa::ALL`]. Where the statics are, not what they hold: a value that is
+/// read while compiling names every constructor, and has all filters compiled here once more.
+static BANKS_F32: [&&[BankCtor<f32>]; Isa::ALL.len()] =
+    [&ahrs_rs_kernel_f32_portable::BANKS, &ahrs_rs_kernel_f32_avx2::BANKS, &ahrs_rs_kernel_f32_avx512::BANKS];
 
 /// The same in `f64`.
-static BANKS_F64: [&[BankCtor<f64>]; Isa::ALL.len()] =
-    [ahrs_rs_kernel_f64_portable::BANKS, ahrs_rs_kernel_f64_avx2::BANKS, ahrs_rs_kernel_f64_avx512::BANKS];
+static BANKS_F64: [&&[BankCtor<f64>]; Isa::ALL.len()] =
+    [&ahrs_rs_kernel_f64_portable::BANKS, &ahrs_rs_kernel_f64_avx2::BANKS, &ahrs_rs_kernel_f64_avx512::BANKS];
 
 /// The filter of a name.
 pub fn entry(name: &str) -> Option<&'static Entry> {

@@ -179,6 +179,7 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
     const SPEC: &'static FilterSpec = &SPEC;
     const HAS_COVARIANCE: bool = true;
     const WATCHED: bool = true;
+    const STARTS_IN_MOTION: bool = true;
 
     fn new(params: &Params<S>) -> Self {
         SelfCalKF {
@@ -267,11 +268,13 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.flags.acc_rejected = self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
         }
         let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
-        let rests = self.rest.step((sample.gyr, dt), (acc.value, acc.valid, self.acc_interval), &limits);
+        // One reading is no mean over a gap.
+        let shown_time = S::select(sample.lost, dt.min(longest), dt);
+        let rests = self.rest.step((sample.gyr, shown_time), (acc.value, acc.valid, self.acc_interval), &limits);
         self.acc_interval = S::select(acc.valid, S::zero(), self.acc_interval);
         let slow = (self.rest.rate() - self.state.bias()).norm2().lt(limits.gyr * limits.gyr);
         self.flags.rest = rests & slow;
-        self.block.rest = self.block.rest + S::select(self.flags.rest, dt, S::zero());
+        self.block.rest = self.block.rest + S::select(self.flags.rest, shown_time, S::zero());
 
         let mag = &sample.mag;
         if mag.valid.any() {

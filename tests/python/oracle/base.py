@@ -56,6 +56,8 @@ class Filter:
     realigned = True
     #: It is told the variance of a rotation that was lost, by `lose_rotation`.
     has_covariance = False
+    #: It expects to be switched on in motion.
+    starts_in_motion = False
     #: It says how sure it is, by `claimed`, and starts anew, by `reopen`, where that is wrong.
     watched = False
 

@@ -116,7 +116,7 @@ class Driver:
         self.magnetic = False
         self.acc, self.mag = Sensor(ACC_MISSING), Sensor(MAG_MISSING)
         self.losses = Losses(settings.gyr_range)
-        self.recovery, self.monitor = Recovery(), Monitor()
+        self.recovery, self.monitor = Recovery(), Monitor(starts_in_motion=self.filter.starts_in_motion)
         if q0 is None:
             # Level, with the heading 0, in the frame of the output.
             self.filter.set_attitude(conjugate(self.frame_turn))
@@ -224,7 +224,8 @@ class Driver:
         if mag is not None:
             # A field of before is off by as much as the sensor has turned since.
             mag = rotate(gyro_step(IDENTITY, turning, -self.filter.known_mag_delay(), "exponential"), mag)
-        lost = self.monitor.look(acc, mag if self.filter.follows_field else None, (q, bias), self.filter.claimed())
+        field = mag if self.filter.follows_field else None
+        lost = self.monitor.look(acc, field, (q, bias), self.filter.claimed())
         if lost is not None:
             self.monitor.restart()
             self.filter.reopen(lost)

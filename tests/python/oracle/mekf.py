@@ -167,7 +167,8 @@ class MEKF(Filter):
         r = self._predict(gyr, dt, told.lost)
         self.acc_interval = min(self.acc_interval + dt, LONGEST_INTERVAL)
         self.mag_interval = min(self.mag_interval + dt, LONGEST_INTERVAL)
-        resting = self._resting(np.array(gyr), acc, dt)
+        shown = min(dt, LONGEST_INTERVAL) if told.lost else dt  # one reading is no mean over a gap
+        resting = self._resting(np.array(gyr), acc, shown)
         x = np.zeros(6)
         if acc is not None:
             x = self._acc_update(x, r @ np.array(acc))
@@ -175,7 +176,7 @@ class MEKF(Filter):
             past = rotation(before(self.q, triple(np.array(gyr) - self.b), self.mag_delay))
             x = self._mag_update(x, past @ np.array(mag))
         if resting:
-            x = self._rest_update(x, np.array(gyr), dt)
+            x = self._rest_update(x, np.array(gyr), shown)
         self._inject(x)
 
     def _predict(self, gyr: Vec3, dt: float, lost: bool) -> Array:

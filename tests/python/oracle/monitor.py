@@ -32,13 +32,16 @@ def weight(time: float, constant: float) -> float:
 class Monitor:
     """What is seen in the earth frame of an estimate."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, starts_in_motion: bool) -> None:
         self.since_acc = self.since_mag = 0.0
         #: The long-time norm n of the field, its upward part, and the bias.
         self.norm: float | None = None
         self.up = 0.0
         self.bias = np.zeros(3)
         self.restart()
+        #: A start has no credit: one gross look is enough until a force of gravity's norm agrees.
+        if not starts_in_motion:
+            self.lasting[0] = LASTING[0]
 
     def restart(self) -> None:
         """Forget what was seen, but for what is known in the long run."""
@@ -49,7 +52,11 @@ class Monitor:
         self.lasting = np.zeros(3)
 
     def look(
-        self, acc: Vec3, mag: Vec3 | None, attitude: tuple[Quat, Vec3], claimed: tuple[float, float]
+        self,
+        acc: Vec3,
+        mag: Vec3 | None,
+        attitude: tuple[Quat, Vec3],
+        claimed: tuple[float, float],
     ) -> Vec3 | None:
         """Look at force and field by an attitude with a bias, of which these variances (rad²) are claimed.
 
@@ -58,7 +65,8 @@ class Monitor:
         q, bias = attitude
         r, time, self.since_acc = rotation(q), self.since_acc, 0.0
         force = r @ saturated(np.array(acc) / GRAVITY, LARGEST)
-        if self.force is None:
+        doubted = self.lasting[0] >= LASTING[0]
+        if self.force is None or doubted:
             self.force, self.spread = force, 1.0
         else:
             w = weight(time, FAST)
@@ -78,8 +86,12 @@ class Monitor:
             self.since_mag = 0.0
 
         wrong = self._wrong(*claimed)
+        strange = abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
+        shaken = self.lasting[0] == math.inf
         self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), 0.0)
-        if np.any(self.lasting > LASTING):
+        if doubted and strange:
+            self.lasting[0] = math.inf
+        elif shaken or np.any(self.lasting > LASTING):
             return triple(self.bias)
         if not any(wrong):
             if seen:

@@ -90,6 +90,7 @@ class SelfCalKF(Filter):
     follows_field = True
     has_covariance = True
     watched = True
+    starts_in_motion = True
 
     def __init__(self, **params: float) -> None:
         self.k = Parameters(**params)
@@ -190,9 +191,10 @@ class SelfCalKF(Filter):
         force = None if acc is None else np.array(acc)
         if force is not None and not block.pushes(r, force, self.x, self.acc_interval):
             self.flags |= ACC_REJECTED
-        if self.rest.step(omega, force, dt, self.acc_interval, self.x[BIAS:MATRIX], k):
+        shown_time = min(dt, LONGEST_FORCE) if told.lost else dt  # one reading is no mean over a gap
+        if self.rest.step(omega, force, shown_time, self.acc_interval, self.x[BIAS:MATRIX], k):
             self.flags |= REST
-            block.rest += dt
+            block.rest += shown_time
         if acc is not None:
             self.acc_interval = 0.0
         if mag is not None:

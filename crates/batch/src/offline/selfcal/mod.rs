@@ -202,6 +202,7 @@ impl Filter<f64> for Pass {
     const STARTS_ITSELF: bool = SelfCalKF::<f64>::STARTS_ITSELF;
     const HAS_COVARIANCE: bool = SelfCalKF::<f64>::HAS_COVARIANCE;
     const WATCHED: bool = SelfCalKF::<f64>::WATCHED;
+    const STARTS_IN_MOTION: bool = SelfCalKF::<f64>::STARTS_IN_MOTION;
 
     fn new(params: &CausalParams<f64>) -> Self {
         Pass { filter: SelfCalKF::new(params), rate: Vec3::zero(), done: Done::default(), doing: Done::default() }
