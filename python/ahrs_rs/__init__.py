@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from ahrs_rs import filters, metrics
 from ahrs_rs._estimate import Estimate
 from ahrs_rs._filter import Filter
+from ahrs_rs._finished import Finished
+from ahrs_rs._own import OwnFilter, register
 from ahrs_rs._param import Param
 from ahrs_rs._recording import Recording
 from ahrs_rs._run_many import run_many
@@ -52,6 +54,8 @@ __all__ = [
     "Estimate",
     "Filter",
     "Finding",
+    "Finished",
+    "OwnFilter",
     "Param",
     "Recording",
     "Report",
@@ -70,6 +74,7 @@ __all__ = [
     "plots",
     "read",
     "read_all",
+    "register",
     "run_many",
     "sensors",
     "signal",

@@ -1,4 +1,4 @@
-"""Readings and stamps of data frames and columns, as arrays: pandas, polars, Arrow, dates and times."""
+"""Readings and stamps of other libraries as arrays: pandas, polars, Arrow, xarray, DLPack, dates and times."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as
 def vectors(name: str, given: Any) -> Any:
     """What the native side can take of the readings of a sensor: arrays as they are, columns of libraries as arrays.
 
-    Missing values (None, NA, null) become NaN. float32 stays so.
+    Missing values (None, NA, null) become NaN. float32 stays so. What lies in memory as an array does is not copied.
 
     Raises
     ------
@@ -27,11 +27,17 @@ def vectors(name: str, given: Any) -> Any:
     if given is None or type(given) is np.ndarray:
         return given
     library = _library(given)
-    if library not in ("pandas", "polars", "pyarrow"):
-        return given
     try:
-        return of_arrow(given) if library == "pyarrow" else _of_frame(given, library)
-    except (TypeError, ValueError, NotImplementedError) as error:
+        if library == "xarray":
+            return _of_xarray(given)
+        if library in ("pandas", "polars"):
+            return _of_frame(given, library)
+        if library == "pyarrow":
+            return of_arrow(given)
+        if hasattr(given, "__dlpack__") and not hasattr(given, "__array__"):
+            return np.from_dlpack(given)
+        return given
+    except (TypeError, ValueError, NotImplementedError, BufferError, RuntimeError) as error:
         message = " ".join(str(error).split())
         raise ValueError(f"{name}: expected an array of real numbers, got {type(given).__name__}: {message}") from None
 
@@ -111,11 +117,18 @@ def _of_frame(given: Any, library: str) -> Any:
     """A DataFrame or Series as an array of floats; as it is where numpy sees numbers in it."""
     if library == "polars":
         if getattr(given, "dtype", None) is not None and given.dtype.base_type().__name__ == "List":
+            lengths = given.list.len()
+            if given.null_count() == 0 and lengths.n_unique() == 1 and lengths[0] > 0:
+                flat = given.explode().to_numpy()
+                if flat.dtype.kind in "fiu":
+                    return flat.reshape(len(given), -1)
             return _stacked(given.to_list())
         return given
     kinds = [given.dtype] if getattr(given, "ndim", 2) == 1 else list(given.dtypes)
     if all(isinstance(kind, np.dtype) and kind.kind in "fiub" for kind in kinds):
         return given
+    if len(kinds) == 1 and given.ndim == 1 and str(kinds[0]).startswith(("list", "large_list", "fixed_size_list")):
+        return of_arrow(given.array.__arrow_array__())
     if len(kinds) == 1 and (str(kinds[0]).startswith("list") or kinds[0] == np.dtype(object)) and given.ndim == 1:
         return _stacked(given.tolist())
     narrow = all(str(kind).lower().startswith(("float32", "float[")) for kind in kinds)
@@ -127,7 +140,7 @@ def of_arrow(given: Any) -> Any:
     if hasattr(given, "columns"):  # Table, RecordBatch
         return np.column_stack([of_arrow(column) for column in given.columns])
     if hasattr(given, "combine_chunks"):
-        given = given.combine_chunks()
+        given = given.chunk(0) if given.num_chunks == 1 else given.combine_chunks()
         if hasattr(given, "chunks"):  # of no chunk at all
             given = given.chunk(0)
     if hasattr(given, "to_numpy_ndarray"):
@@ -135,15 +148,30 @@ def of_arrow(given: Any) -> Any:
     kind = str(given.type)
     if kind.startswith("fixed_size_list"):
         width = given.type.list_size
-        flat = np.array(given.flatten().to_numpy(zero_copy_only=False), dtype=_float_of(str(given.type.value_type)))
+        flat = np.asarray(given.flatten().to_numpy(zero_copy_only=False), dtype=_float_of(str(given.type.value_type)))
         if not given.null_count:
             return flat.reshape(-1, width)
         rows = np.full((len(given), width), np.nan, dtype=flat.dtype)
         rows[np.asarray(given.is_valid())] = flat.reshape(-1, width)
         return rows
     if kind.startswith(("list", "large_list")):
+        lengths = given.value_lengths().to_numpy(zero_copy_only=False)
+        if len(given) and not given.null_count and (lengths == lengths[0]).all() and lengths[0] > 0:
+            flat = given.flatten().to_numpy(zero_copy_only=False)
+            return np.asarray(flat, dtype=_float_of(str(given.type.value_type))).reshape(len(given), -1)
         return _stacked(given.to_pylist())
     return given.to_numpy(zero_copy_only=False)
+
+
+def _of_xarray(given: Any) -> Any:
+    """A DataArray with the dimension of the axes last, which is the one with three coordinates."""
+    if not hasattr(given, "dims") or not hasattr(given, "values"):
+        raise TypeError("expected a DataArray: ar.Recording.from_frame takes a Dataset")
+    if given.ndim >= 2 and given.shape[-1] != 3:
+        of_axes = [name for name, size in given.sizes.items() if size == 3]
+        if len(of_axes) == 1:
+            given = given.transpose(..., of_axes[0])
+    return given.values
 
 
 def _float_of(value_type: str) -> type[np.floating[Any]]:

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ahrs_rs import _own
 from ahrs_rs._estimate import Estimate
 from ahrs_rs._filter import Filter
 from ahrs_rs._progress import counting_on
@@ -133,7 +134,8 @@ class Cells:
         for p in sets:
             for rate in {self.recordings[r].rate for r in which}:
                 same = [r for r in which if self.recordings[r].rate == rate]
-                runs = [keywords(self.recordings[r], self.dtype) for r in same]
+                own = issubclass(self.filter, _own.OwnFilter)
+                runs = [self.recordings[r] if own else keywords(self.recordings[r], self.dtype) for r in same]
                 estimates = run_many(
                     self.filter(rate=rate, **self.sets[p], **self.settings), runs, threads=self.threads
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -19,10 +19,28 @@ STREAMED = ("update", "reset", "state", "restore", "quat", "gyr_bias", "status",
 
 
 class Registry(dict[str, type[Filter]]):
-    """The classes by name; for another name a ``KeyError`` that says which one it could be."""
+    """The classes by name; for another name a ``KeyError`` that says which one it could be.
+
+    Filters of a user's own (`ahrs_rs.register`) are found by their names, but are not among those that loops, lengths
+    and comparisons see.
+    """
+
+    def __init__(self, classes: Iterable[tuple[str, type[Filter]]]) -> None:
+        super().__init__(classes)
+        self.own: dict[str, Any] = {}
 
     def __missing__(self, name: object) -> type[Filter]:
-        raise UnknownFilterError(f"expected the name of a filter, got {name!r}{did_you_mean(name, self)}")
+        if name in self.own:
+            cls: type[Filter] = self.own[str(name)]
+            return cls
+        raise UnknownFilterError(f"expected the name of a filter, got {name!r}{did_you_mean(name, [*self, *self.own])}")
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or name in self.own
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The class of a name, or the default."""
+        return self[name] if name in self else default  # noqa: SIM401  # which would call itself
 
 
 class UnknownFilterError(KeyError):

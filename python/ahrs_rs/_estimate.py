@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ahrs_rs import _native
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._dataframe import Table, data_frame
+from ahrs_rs._derived import Derived
 from ahrs_rs._optional import require, version
 from ahrs_rs._state import State
 from ahrs_rs._typing import Floats
@@ -41,7 +42,7 @@ class _Later:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Estimate(_Later, Table):
+class Estimate(_Later, Derived, Table):
     """Attitudes of one recording (T samples), or of N recordings of T samples.
 
     Quaternions are scalar-first ``[w, x, y, z]``, of unit norm, and rotate from the sensor frame to the earth frame
@@ -167,48 +168,15 @@ class Estimate(_Later, Table):
                 raise ImportError("rotation of several recordings needs scipy 1.17 or later: pip install 'scipy>=1.17'")
         return rotation.from_quat(quat)
 
-    def linear_acceleration(self, acc: ArrayLike, frame: str = "earth", *, gravity: float = GRAVITY) -> Floats:
-        """The acceleration of the sensor: its specific force with gravity taken off.
-
-        Parameters
-        ----------
-        acc : array_like
-            (..., T, 3) specific force in the sensor frame, m/s², of the rows of the estimate.
-        frame : str, optional
-            ``"earth"`` or ``"sensor"``, in whose axes it is given.
-        gravity : float, optional
-            Of the place, m/s².
-
-        Returns
-        -------
-        ndarray
-            (..., T, 3) m/s²; NaN where the accelerometer has no sample.
-
-        Raises
-        ------
-        ValueError
-            Another shape or frame.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> import ahrs_rs as ar
-        >>> acc = np.tile([0.0, 0.0, 9.80665], (50, 1))
-        >>> ar.Mahony(rate=100.0).run(np.zeros((50, 3)), acc).linear_acceleration(acc)[-1]
-        array([0., 0., 0.])
-        """
-        if frame not in ("earth", "sensor"):
-            raise ValueError(f"frame: expected 'earth' or 'sensor', got {frame!r}")
-        force = np.asarray(acc, dtype=self.quat.dtype)
-        if force.shape != (*self.quat.shape[:-1], 3):
-            raise ValueError(f"acc: expected shape {(*self.quat.shape[:-1], 3)}, got {force.shape}")
-        matrix = self.matrix()
-        up = np.array([0.0, 0.0, -1.0 if self.frame == "NED" else 1.0], dtype=self.quat.dtype) * gravity
-        if frame == "earth":
-            return np.asarray(np.einsum("...ij,...j->...i", matrix, force) - up)
-        return np.asarray(force - np.einsum("...ji,j->...i", matrix, up))
-
-    def save(self, path: str | os.PathLike[str], *, recording: Recording | None = None, degrees: bool = False) -> None:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        recording: Recording | None = None,
+        degrees: bool = False,
+        outputs: Sequence[str] = (),
+        gravity: float = GRAVITY,
+    ) -> None:
         """Write the estimate of one recording to a file.
 
         Parameters
@@ -228,6 +196,13 @@ class Estimate(_Later, Table):
             (m/s²), and messages of ROS the readings.
         degrees : bool, optional
             Euler angles in degrees and the bias in degrees a second, as their names then say (yaw_deg).
+        outputs : sequence of str, optional
+            What else follows from the attitudes, for CSV, Parquet and npz: ``gravity``,
+            ``linear_acceleration``, ``linear_acceleration_sensor``, ``turn_rate`` (these three with
+            `recording`), ``heading``, ``inclination``, ``rotation_vector``, and, of an estimate with
+            covariance, ``heading_std`` and ``inclination_std``.
+        gravity : float, optional
+            Of the place, m/s².
 
         Raises
         ------
@@ -238,7 +213,7 @@ class Estimate(_Later, Table):
         """
         from ahrs_rs.io import save_estimate
 
-        save_estimate(path, self, recording, degrees=degrees)
+        save_estimate(path, self, recording, degrees=degrees, outputs=outputs, gravity=gravity)
 
     def to_frame(self) -> Any:
         """A polars or pandas DataFrame, whichever is installed (polars first), a row a sample.
@@ -252,6 +227,22 @@ class Estimate(_Later, Table):
             A row a sample.
         """
         return data_frame(self._columns())
+
+    def to_xarray(self) -> Any:
+        """A ``xarray.Dataset`` (needs the extra ``xarray``), whose arrays are those of the estimate, not copies.
+
+        Variables ``quat`` (component: w, x, y, z), ``euler`` (angle: roll, pitch, yaw; rad), ``gyr_bias`` (axis;
+        rad/s) where estimated, ``status``, and the extra outputs, over the dimension ``t`` with the stamps for
+        coordinates; of N recordings ``recording`` before it, and ``sample`` in place of ``t`` where stamps differ.
+
+        Returns
+        -------
+        xarray.Dataset
+            With the earth frame in its attributes.
+        """
+        from ahrs_rs._labelled import dataset
+
+        return dataset(self)
 
     def _columns(self) -> dict[str, NDArray[Any]]:
         leading = self.quat.shape[:-1]

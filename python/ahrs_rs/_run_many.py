@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, overload
 
+from ahrs_rs import _own
 from ahrs_rs._engine import Call
 from ahrs_rs._estimate import Estimate
 from ahrs_rs._filter import Filter
@@ -46,7 +47,7 @@ def run_many(
     Parameters
     ----------
     f : Filter
-        The filter; it is not changed.
+        The filter; it is not changed. Or one of your own, as `ahrs_rs.register` takes them.
     recordings : iterable of Recording, mapping or tuple
         Each a `Recording`, a dict of keyword arguments of ``Filter.run`` (gyr, acc, mag, t, q0,
         state, outputs, out), or a tuple (gyr, acc, mag).
@@ -76,6 +77,8 @@ def run_many(
     """
     if errors not in ("raise", "return"):
         raise ValueError(f"errors: expected 'raise' or 'return', got {errors!r}")
+    if not isinstance(f, Filter) and _own.is_own(f):
+        return _run_own(_own.made(f), recordings, progress, errors)
     if not isinstance(f, Filter):
         if isinstance(f, type) and issubclass(f, Filter):
             raise TypeError(f"f: expected a filter, as {f.__name__}(rate=100.0), got the class {f.__name__}")
@@ -106,6 +109,27 @@ def run_many(
     failed = [result for result in results if isinstance(result, Exception)]
     if errors == "raise" and failed:
         raise failed[0]
+    return results
+
+
+def _run_own(
+    f: _own.OwnFilter, recordings: Iterable[Measurements], progress: bool, errors: str
+) -> list[Estimate | Exception]:
+    """The same for a filter of a user's own, one recording after the other."""
+    if isinstance(recordings, Recording):
+        raise TypeError("recordings: expected a list of them, got a single Recording: f.run(recording) takes it")
+    items = list(recordings)
+    results: list[Estimate | Exception] = []
+    with progress_count(total=len(items), shown=progress, unit="recording") as count:
+        for index, item in enumerate(items):
+            try:
+                results.append(f.run(**_keywords(item)))
+            except Exception as error:
+                if errors == "raise":
+                    raise _named(index, error) from error
+                results.append(_named(index, error))
+            if count:
+                count(index + 1)
     return results
 
 

@@ -7,11 +7,12 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from ahrs_rs import _own
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, digest, job
 from ahrs_rs._dataframe import Table, data_frame
@@ -146,7 +147,8 @@ def sweep(
     Parameters
     ----------
     filter : type
-        The class, of ``ar.FILTERS``.
+        The class, of ``ar.FILTERS``, or a class or function of your own, as `ahrs_rs.register` takes
+        them.
     grid : mapping or list of mapping
         A dict of values for each parameter, of which every combination is taken (the last parameter
         changes fastest), or a list of dicts; what is not named has its default.
@@ -193,7 +195,7 @@ def sweep(
     >>> found.errors.shape
     (3, 1)
     """
-    require_class(filter)
+    filter = require_class(filter)
     if not isinstance(grid, Mapping) and any(isinstance(each, Recording) for each in grid):
         raise TypeError(
             "grid: expected a dict of values or a list of dicts, got recordings: sweep(filter, grid, recordings)"
@@ -239,14 +241,14 @@ def sweep(
     return result
 
 
-def require_class(filter: object) -> None:
-    """Raise a ``TypeError`` that says what to give, if the argument is not the class of a filter."""
+def require_class(filter: object) -> type[Filter]:
+    """The class of a filter; a ``TypeError`` that says what to give, if it is none. Own ones are made to such."""
     if isinstance(filter, Filter):
         name = type(filter).__name__
         raise TypeError(f"filter: expected the class, as ar.{name}, got an instance: its parameters go into the grid")
     if not (isinstance(filter, type) and issubclass(filter, Filter) and hasattr(filter, "NAME")):
-        got = getattr(filter, "__name__", type(filter).__name__)
-        raise TypeError(f"filter: expected a class of ar.FILTERS, as ar.Madgwick, got {got}")
+        return cast("type[Filter]", _own.own_class(filter))
+    return filter
 
 
 def parameter_sets(filter: type[Filter], grid: Grid) -> list[dict[str, Any]]:

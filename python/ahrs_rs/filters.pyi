@@ -3,9 +3,10 @@ from typing import Any, Literal, Self
 
 from numpy.typing import DTypeLike
 
+from ahrs_rs._classes import Registry
 from ahrs_rs._filter import Filter
 
-FILTERS: dict[str, type[Filter]]
+FILTERS: Registry
 __all__ = [
     "EKF",
     "FILTERS",

@@ -382,7 +382,7 @@ def test_a_field_that_is_not_earths_is_calibrated_with_a_warning() -> None:
         (np.zeros(3), {}, r"mag: expected shape \(T, 3\)"),
         ([["a", "b", "c"]], {}, "mag: expected an array of real numbers"),
         (np.array([[1.0, 2.0, np.inf]] * 9), {}, "mag: expected finite values or NaN .* at row 0"),
-        (np.zeros((9, 3)), {"parameters": 7}, "parameters: expected 6 or 9, got 7"),
+        (np.zeros((9, 3)), {"parameters": 7}, "parameters: expected 3, 4, 6 or 9, got 7"),
         (np.zeros((9, 3)), {"norm": -1.0}, "norm: expected a positive number"),
         (np.zeros((9, 3)), {"norm": np.nan}, "norm: expected a positive number"),
     ],

@@ -197,7 +197,7 @@ def test_a_temperature_out_of_range_is_noted(tmp_path: Path, capsys: Capture) ->
 
 #: Arguments, where words in capitals stand for paths, and what the error must say.
 MISTAKES = """
-calibrate => expected a sensor: mag, acc, gyr, mag-delay, or export
+calibrate => expected a sensor: mag, acc, gyr, ferraris, mag-delay, or export
 calibrate mag-delay NOMAG => mag: the recording has no magnetometer
 calibrate mag-delay TURN => mag: expected at least 10 windows of 1 s with 8 readings, got 4
 calibrate mag-delay TURN NOMAG => none of the recordings determines the delay

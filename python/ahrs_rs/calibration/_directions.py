@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration import _ellipsoid_fit, _linear
+from ahrs_rs.calibration import _ellipsoid_fit, _linear, _sphere_fit
 from ahrs_rs.calibration._common import AXES, CalibrationError
 
 #: Cells of equal area: bands of equal height (Archimedes) times sectors.
@@ -16,13 +19,27 @@ SEEN = np.cos(np.pi / 4)
 FLAT = 0.1
 
 
-def coverage(y: FloatArray) -> float:
-    """Share of the cells of the sphere in which there is a reading (3, n)."""
+def cells(y: FloatArray) -> NDArray[np.int64]:
+    """(n,) the cell of the sphere that each reading (3, n) is in, by bands from −z up."""
     u = y / np.sqrt((y * y).sum(axis=0))
     band = np.clip(((u[2] + 1.0) * (0.5 * BANDS)).astype(np.int64), 0, BANDS - 1)
-    sector = ((np.arctan2(u[1], u[0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
-    hit = np.bincount(band * SECTORS + sector, minlength=BANDS * SECTORS) > 0
-    return float(np.count_nonzero(hit)) / (BANDS * SECTORS)
+    found: NDArray[np.int64] = band * SECTORS + _sectors(u)
+    return found
+
+
+def coverage(y: FloatArray) -> float:
+    """Share of the cells of the sphere in which there is a reading (3, n)."""
+    return float(np.count_nonzero(np.bincount(cells(y), minlength=BANDS * SECTORS))) / (BANDS * SECTORS)
+
+
+def circle_coverage(y: FloatArray) -> float:
+    """Share of the sectors of the circle in which there is a reading (2, n)."""
+    return float(np.count_nonzero(np.bincount(_sectors(y), minlength=SECTORS))) / SECTORS
+
+
+def _sectors(y: FloatArray) -> NDArray[np.int64]:
+    found: NDArray[np.int64] = ((np.arctan2(y[1], y[0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
+    return found
 
 
 def check_spread(name: str, x: FloatArray) -> None:
@@ -41,6 +58,7 @@ def check_spread(name: str, x: FloatArray) -> None:
         f"{name}: the readings lie {where}, and say nothing about the axis {AXES[axis]} (their spread along "
         f"({', '.join(f'{part:.2f}' for part in normal)}) is {spread[0]:.2g}, beside {spread[2]:.2g}): turn the sensor "
         f"about {others} too, until {_pointing(name, AXES[axis])} and {_pointing(name, '-' + AXES[axis])}"
+        + ("; or, for a heading in this plane alone, parameters=3" if name == "mag" and where == "in a plane" else "")
     )
 
 
@@ -48,12 +66,10 @@ def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
     """What readings lack that do not determine an ellipsoid."""
     head = f"{name}: the readings do not determine {parameters} parameters"
     few = ""
-    if parameters == 9:
-        try:
-            _ellipsoid_fit.fit(x, 6, motion)
-            few = "; parameters=6 would do with these"
-        except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
-            pass
+    if parameters == 9 and _determined(lambda: _ellipsoid_fit.fit(x, 6, motion)):
+        few = "; parameters=6 would do with these"
+    elif name == "mag" and _determined(lambda: _sphere_fit.fit(x)):
+        few = "; parameters=4, hard iron alone, would do with these"
     # About the centre of the best sphere, or, as a cloud of readings looks like a sphere of its own, about zero.
     centre = _linear.centre_of_sphere(x)
     unseen = _unseen(x - centre[:, None]) or ([] if few else _unseen(x))
@@ -68,6 +84,15 @@ def advice(name: str, x: FloatArray, parameters: int, motion: bool) -> str:
     if parameters == 9 and few:
         return f"{head}: {seen}; record attitudes between those with an axis up or down, tilted by about 45°{few}"
     return f"{head}: {seen}, or they lie on no ellipsoid; turn the sensor slowly in all directions, at one place"
+
+
+def _determined(fit: Callable[[], object]) -> bool:
+    """Whether a fit is one that the readings determine."""
+    try:
+        fit()
+    except (_linear.NoEllipsoidError, np.linalg.LinAlgError):
+        return False
+    return True
 
 
 def _unseen(about: FloatArray) -> list[str]:

@@ -1,138 +1,30 @@
-"""Magnetometers and accelerometers by the ellipsoid that their readings lie on: 6 or 9 parameters."""
+"""Magnetometers and accelerometers by the ellipsoid, sphere or circle that their readings lie on."""
 
 from __future__ import annotations
 
-import math
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration import _directions, _ellipsoid_fit, _linear, _sums, _windows
+from ahrs_rs.calibration import _directions, _ellipsoid_fit, _fit_result, _linear, _sphere, _sums, _windows
 from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, positive, readings
+from ahrs_rs.calibration._fit_result import EllipsoidFit
 from ahrs_rs.calibration._model import Calibration
 
-__all__ = ["EllipsoidFit", "accelerometer", "ellipsoid", "magnetometer"]
+__all__ = ["accelerometer", "ellipsoid", "magnetometer"]
 
 #: Earth's field is between 22 and 67 µT; inside of buildings somewhat more or less.
 FIELD_RANGE = (10.0, 150.0)
 #: A sensor is not off by more than this factor: then it is the unit.
 LARGEST_GAIN = 2.0
-#: The largest standard deviation of a scale factor, or of an offset as a share of the norm: 0.03 of a horizontal field
-#: are 1.7° of heading. (BROAD's recording 07 by itself gives 0.047, and takes VQF from 1.4° to 3.5°.)
-LARGEST_UNCERTAINTY = 0.03
-#: Larger residuals, as a share of the radius, are those of no ellipsoid; a cloud of noise alone has 42 %.
-LARGEST_RESIDUAL = 0.15
 #: Nothing is measured in units in which readings are beyond these: their squares would be beyond the range of numbers.
 SIZES = (1e-60, 1e60)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EllipsoidFit:
-    """A calibration by an ellipsoid, with what tells how good it is.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        S and b.
-    norm : float
-        Of calibrated readings: the given one, or the estimated one.
-    norm_std : float
-        Standard deviation of an estimated norm; 0 where it was given.
-    names : tuple of str
-        Of the parameters: S_xx, S_yy, S_zz, with nine S_xy, S_xz, S_yz, and b_x, b_y, b_z.
-    values : ndarray
-        (p,) the parameters.
-    covariance : ndarray
-        (p, p) of the parameters: by the residuals, with their correlation in time; no law of the
-        noise is assumed.
-    residual_rms : float
-        Of the calibrated norm about `norm`, over the readings that are no outliers, in the unit of
-        the readings.
-    residual_max : float
-        The largest of them.
-    correlation : float
-        So many readings tell what one independent reading does (1: white noise).
-    deviation_before : float
-        Standard deviation of the norm of the readings over its mean, % (Cirillo et al. 2014),
-        outliers included.
-    deviation_after : float
-        The same of the calibrated readings.
-    coverage : float
-        Share of 72 cells of equal area of the sphere that the readings have seen.
-    observability : float
-        Information about the least known combination of parameters, over that of evenly spread
-        directions.
-    samples : int
-        Readings that were used.
-    outliers : int
-        Readings that were left out as outliers.
-    missing : int
-        Rows without a reading (NaN).
-    left_out : int
-        Rows in motion that an accelerometer's fit did not look at.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import ahrs_rs as ar
-    >>> x = np.random.default_rng(0).standard_normal((2000, 3))
-    >>> x *= 48.0 / np.linalg.norm(x, axis=1, keepdims=True)
-    >>> fit = ar.calibration.magnetometer(x + [12.0, -3.0, 5.0])
-    >>> fit.samples, round(fit.norm, 6)
-    (2000, 48.0)
-    """
-
-    calibration: Calibration
-    norm: float
-    norm_std: float
-    names: tuple[str, ...]
-    values: FloatArray
-    covariance: FloatArray
-    residual_rms: float
-    residual_max: float
-    correlation: float
-    deviation_before: float
-    deviation_after: float
-    coverage: float
-    observability: float
-    samples: int
-    outliers: int
-    missing: int
-    left_out: int
-
-    @property
-    def std(self) -> FloatArray:
-        """(p,) standard deviations of the parameters."""
-        std: FloatArray = np.sqrt(np.diag(self.covariance))
-        return std
-
-    def summary(self) -> str:
-        """All of it for reading, over several lines.
-
-        Returns
-        -------
-        str
-            Several lines.
-        """
-        lines = [
-            f"norm       {self.norm:.5g}" + (f" ± {self.norm_std:.2g}" if self.norm_std else " (given)"),
-            *(
-                f"{name:<10} {value:.6g} ± {std:.2g}"
-                for name, value, std in zip(self.names, self.values, self.std, strict=True)
-            ),
-            f"deviation  {self.deviation_before:.3g} % of the norm before, {self.deviation_after:.3g} % after",
-            f"residual   {self.residual_rms:.3g} RMS, {self.residual_max:.3g} at most, "
-            f"correlated over {self.correlation:.3g} readings",
-            f"coverage   {self.coverage:.0%} of the directions, observability {self.observability:.2g}",
-            f"readings   {self.samples} used, {self.outliers} outliers, {self.missing} missing, "
-            f"{self.left_out} in motion",
-        ]
-        return "\n".join(lines)
+#: Of a circle, a sphere, an ellipsoid along the axes, and any ellipsoid.
+PARAMETERS = (3, 4, 6, 9)
 
 
 def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, name: str = "x") -> EllipsoidFit:
@@ -147,12 +39,13 @@ def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, n
     x : array_like
         (T, 3); rows with NaN are left out.
     parameters : int, optional
-        6 (S diagonal: a scale and an offset an axis) or 9 (S symmetric and positive definite: soft
-        iron too). What a symmetric S leaves open is a rotation of the whole sensor, which norms say
-        nothing about.
+        9 (S symmetric and positive definite: soft iron too), 6 (S diagonal: a scale and an offset
+        an axis), 4 (an offset alone: readings on a sphere, of which a part is enough) or 3 (an
+        offset in the plane that all readings lie in, of a sensor that turns about one axis). What a
+        symmetric S leaves open is a rotation of the whole sensor, which norms say nothing about.
     norm : float, optional
         Of calibrated readings. None estimates it as that of the sphere of the ellipsoid's volume:
-        det S = 1.
+        det S = 1. It must be None with three parameters.
     name : str, optional
         Of the readings, in errors.
 
@@ -177,8 +70,8 @@ def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, n
     >>> ar.calibration.ellipsoid(x + [1.0, 2.0, 3.0]).calibration.offset.round(6)
     array([1., 2., 3.])
     """
-    if parameters not in (6, 9):
-        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    if parameters not in PARAMETERS:
+        raise ValueError(f"parameters: expected 3, 4, 6 or 9, got {parameters!r}")
     if norm is not None:
         norm = positive("norm", norm)
     array, valid = readings(name, x)
@@ -195,7 +88,8 @@ def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = No
     mag : array_like
         (T, 3) in µT; another unit works where `norm` is not given, with a warning.
     parameters : int, optional
-        9 or 6, as in `ellipsoid`.
+        9, 6, 4 (hard iron alone) or 3 (the same of a sensor that turns about one axis, as a rover
+        or a boat), as in `ellipsoid`.
     norm : float, optional
         Of the local field, µT, as a map of the field tells it; None estimates it.
 
@@ -231,7 +125,9 @@ def magnetometer(mag: ArrayLike, *, parameters: int = 9, norm: float | None = No
         _check_unit(
             "mag", radius, norm, "µT", {1e-2: "Gauss (times 100)", 1e-6: "Tesla (times 1e6)", 1e3: "nT (over 1000)"}
         )
-    elif not FIELD_RANGE[0] <= radius <= FIELD_RANGE[1]:
+    elif (
+        not (0.0 if parameters == 3 else FIELD_RANGE[0]) <= radius <= FIELD_RANGE[1]
+    ):  # a circle: the part in its plane
         warnings.warn(
             f"mag: the norm is {radius:.3g}, but Earth's field is 22 to 67 µT: are the readings in another unit? The "
             "calibration is right up to that factor",
@@ -345,6 +241,10 @@ def _fit(
     size = float(np.abs(x).max())
     if size > SIZES[1] or 0 < size < SIZES[0]:
         raise CalibrationError(f"{name}: expected readings between {SIZES[0]} and {SIZES[1]}, got {size:.3g}")
+    if parameters in (3, 4):
+        if parameters == 4:
+            _directions.check_spread(name, x)
+        return _sphere.fit(x, parameters, norm, name, missing)
     _directions.check_spread(name, x)
     try:
         found_fit = _ellipsoid_fit.fit(x, parameters, motion)
@@ -352,23 +252,14 @@ def _fit(
         raise CalibrationError(_directions.advice(name, x, parameters, motion)) from None
     keep = found_fit.keep
     observability = found_fit.observability
-    misfit = found_fit.deviation / found_fit.radius
-    if misfit > LARGEST_RESIDUAL:
-        raise CalibrationError(
-            f"{name}: the readings lie on no ellipsoid (residuals of {misfit:.0%} of the radius): turn the sensor in "
-            "all directions, at one place and away from magnets and iron"
-        )
-    relative = np.sqrt(
-        found_fit.correlation / (np.count_nonzero(keep) * observability * _ellipsoid_fit.EVEN_INFORMATION)
+    _fit_result.check(
+        name,
+        len(rows),
+        found_fit.deviation,
+        found_fit.radius,
+        found_fit.correlation,
+        np.count_nonzero(keep) * observability * _ellipsoid_fit.EVEN_INFORMATION,
     )
-    uncertainty = float(misfit * relative)
-    if not uncertainty < LARGEST_UNCERTAINTY:
-        hint = "away from magnets and iron" if name == "mag" else "at rest in each attitude"
-        raise CalibrationError(
-            f"{name}: the parameters would be known to {uncertainty:.0%} only (residuals of {found_fit.deviation:.2g}, "
-            f"correlated over {found_fit.correlation:.0f} of {len(rows)} readings): record longer, in all directions, "
-            f"{hint}"
-        )
     values, covariance, radius, radius_std = _scaled(found_fit, parameters, norm)
     matrix = _sums.symmetric(values[:-3])
     residual_max = float((np.abs(found_fit.residual) * keep).max()) * (radius / found_fit.radius)
@@ -376,7 +267,10 @@ def _fit(
     if parameters == 9:
         names += tuple(f"S_{AXES[i]}{AXES[j]}" for i, j in _linear.PAIRS)
     names += tuple(f"b_{axis}" for axis in AXES)
-    before, after = _deviation(np.sqrt((x * x).sum(axis=0))), _deviation(1.0 + found_fit.residual / found_fit.radius)
+    before, after = (
+        _fit_result.deviation(np.sqrt((x * x).sum(axis=0))),
+        _fit_result.deviation(1.0 + found_fit.residual / found_fit.radius),
+    )
     std = np.sqrt(np.diag(covariance))
     info: dict[str, Any] = {
         "method": f"ellipsoid, {parameters} parameters",
@@ -434,12 +328,6 @@ def _scaled(
 def _mean_gain(fit: EllipsoidFit) -> float:
     gain: float = float(np.linalg.det(fit.calibration.matrix)) ** (1.0 / 3.0)
     return gain
-
-
-def _deviation(norms: NDArray[np.float64]) -> float:
-    """Cirillo's measure, in %: the standard deviation of ‖y‖ over its mean."""
-    mean = float(norms.mean())
-    return 100.0 * float(norms.std()) / mean if mean > 0 else math.inf
 
 
 def _check_unit(name: str, size: float, expected: float, unit: str, others: dict[float, str]) -> None:

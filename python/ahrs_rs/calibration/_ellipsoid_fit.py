@@ -120,7 +120,7 @@ def fit(x: FloatArray, parameters: int, motion: bool = False) -> Ellipsoid:
 
     kept = residual[keep]
     freedom = max(len(kept) - parameters, 1)
-    correlation = _correlation_time(kept)
+    correlation = correlation_time(kept)
     inverse = np.linalg.inv(state.h).astype(np.float64, copy=False)
     scores, _, _, _ = normal_equations(z, a, b, parameters, keep, inverse)
     covariance = inverse @ scores @ inverse * correlation
@@ -287,7 +287,7 @@ def _converge(z: FloatArray, state: _State, parameters: int, enough: float) -> _
     return state
 
 
-def _correlation_time(residual: FloatArray) -> float:
+def correlation_time(residual: FloatArray) -> float:
     """1 + 2 Σ ρ over the lags up to the first whose correlation ρ is not significant."""
     count = len(residual)
     centred = residual - residual.mean()

@@ -11,89 +11,16 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _quat
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, vector
+from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
 from ahrs_rs.calibration._model import Calibration
+from ahrs_rs.calibration._turns import WORST_CONDITION, Turn, doubt, fit_gain, steps
 
-__all__ = ["GyroscopeFit", "Turn", "gyroscope", "gyroscope_from_reference"]
+__all__ = ["GyroscopeFit", "gyroscope", "gyroscope_from_reference"]
 
 #: Nothing that is called a rest turns faster, rad/s: uncalibrated biases are up to 20 °/s.
 FASTEST_REST = 0.5
-#: A turn of a smaller angle says less about the gain than about the bias, rad.
-SMALLEST_TURN = 0.5
 #: Windows farther from the reference than so many robust standard deviations are left out.
 CUT = 4.0
-WORST_CONDITION = 1e6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Turn:
-    """A turn by a known angle about one axis that is fixed in the sensor, from rest to rest.
-
-    Parameters
-    ----------
-    gyr : array_like
-        (T, 3) rad/s, with the rest before and after.
-    axis : str or array_like
-        "x", "y", "z", or a direction (3,) in the sensor frame.
-    angle : float
-        Rad, positive by the right-hand rule.
-    rate : float, optional
-        Hz; or t : (T,) s.
-    t : array_like, optional
-        (n,) stamps in s, in place of the rate.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import ahrs_rs as ar
-    >>> gyr = np.tile([0.0, 0.0, 1.0], (101, 1))
-    >>> turn = ar.calibration.Turn(gyr, "z", 1.0, rate=100.0)
-    >>> turn.axis, turn.angle
-    ('z', 1.0)
-    """
-
-    gyr: ArrayLike
-    axis: str | ArrayLike
-    angle: float
-    rate: float | None = None
-    t: ArrayLike | None = None
-
-    @property
-    def vector(self) -> FloatArray:
-        """(3,) axis times angle."""
-        if isinstance(self.axis, str):
-            if self.axis not in tuple(AXES):
-                raise ValueError(f"axis: expected x, y, z or a direction, got {self.axis!r}")
-            direction = np.eye(3)[AXES.index(self.axis)]
-        else:
-            direction = vector("axis", self.axis, 3)
-        length = float(np.linalg.norm(direction))
-        if not (math.isfinite(length) and length > 0 and math.isfinite(self.angle)):
-            raise ValueError(f"axis, angle: expected a direction and rad, got {self.axis!r} and {self.angle}")
-        if abs(self.angle) < SMALLEST_TURN:
-            raise CalibrationError(f"angle: expected a turn of at least {SMALLEST_TURN} rad, got {self.angle:.3g}")
-        turned: FloatArray = direction / length * float(self.angle)
-        return turned
-
-    def integral(self, name: str) -> tuple[FloatArray, float, float]:
-        """∫ gyr dt in rad, the duration in s, and Σ dt² in s²; missing rows hold the last rate.
-
-        Parameters
-        ----------
-        name : str
-            Of the turn, for messages.
-
-        Returns
-        -------
-        tuple
-            The integral, the duration and the sum of squared steps.
-        """
-        array, valid = readings(name, self.gyr)
-        if not valid.any() or len(array) < 2:
-            raise CalibrationError(f"{name}: expected a turn, got {int(valid.sum())} readings")
-        last = np.maximum.accumulate(np.where(valid, np.arange(len(array)), int(np.argmax(valid))))
-        dt = steps(len(array), self.rate, self.t)
-        return dt @ array[last[1:]], float(dt.sum()), float(dt @ dt)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +36,8 @@ class GyroscopeFit:
     bias : ndarray
         (3,) rad/s.
     gain_std : ndarray
-        (3, 3) standard deviations, by the noise at rest as white noise.
+        (3, 3) standard deviations, by the noise at rest as white noise; NaN of an axis that no turn
+        is about.
     bias_std : ndarray
         (3,) rad/s.
     residual : ndarray
@@ -141,7 +69,8 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
     rest : array_like
         (T, 3) rad/s, readings at rest.
     turns : sequence of Turn, optional
-        At least one about each axis; none leaves the gains at 1.
+        From rest to rest, in their order. The gain of an axis that no turn is about stays at 1, with
+        a warning; none leaves all of them at 1.
     cross_axis : bool, optional
         Estimate all of G (scale, misalignment) instead of a gain for each axis.
 
@@ -153,9 +82,16 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
     Raises
     ------
     CalibrationError
-        Readings at rest that turn; turns that do not reach all axes.
+        Readings at rest that turn; a turn that is about another axis, or in the other direction, than
+        is told; turns about one axis that disagree; with `cross_axis` turns that do not reach all
+        axes.
     ValueError
-        A turn whose angle is off by more than a factor of 2: another unit.
+        Angles that are off by more than a factor of 2: another unit.
+
+    Warns
+    -----
+    CalibrationWarning
+        An axis without a turn; a gain that is farther from 1 than that of any gyroscope.
 
     Examples
     --------
@@ -181,39 +117,17 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
         reached = np.array([total - bias * duration for total, duration, _ in integrals])
         angles = np.array([turn.vector for turn in turns])
         noise = np.array([spread**2 * square + variance * duration**2 for _, duration, square in integrals])
-        gain, gain_std = fit_gain(angles, reached, noise, cross_axis)
+        gain, gain_std = fit_gain(angles, reached, noise, cross_axis, some=not cross_axis)
         residual = reached @ np.linalg.inv(gain).T - angles
+        doubt(gain, gain_std)
     info = {
         "method": f"rest and {len(turns)} turns" if turns else "rest",
         "bias_std": np.sqrt(variance).tolist(),
-        "gain_std": gain_std.tolist(),
+        "gain_std": [[None if math.isnan(one) else one for one in row] for row in gain_std.tolist()],
     }
     inverse = np.linalg.inv(gain).astype(np.float64, copy=False)
     calibration = Calibration(inverse, bias, info)
     return GyroscopeFit(calibration, gain, bias, gain_std, np.sqrt(variance), residual)
-
-
-def fit_gain(
-    angles: FloatArray, reached: FloatArray, noise: FloatArray, cross_axis: bool
-) -> tuple[FloatArray, FloatArray]:
-    """G and its standard deviations: reached (K, 3) = G angles (K, 3), with the variances of what was reached."""
-    largest = np.abs(angles).max(axis=0)
-    lacking = [axis for axis, angle in zip(AXES, largest, strict=True) if angle < SMALLEST_TURN]
-    if lacking:
-        raise CalibrationError(f"turns: there is none about {', '.join(lacking)}: turn the sensor by a known angle")
-    ratio = float(np.median(np.linalg.norm(reached, axis=1) / np.linalg.norm(angles, axis=1)))
-    if not 0.5 <= ratio <= 2.0:
-        unit = ": are the readings in °/s?" if 0.5 <= ratio * math.pi / 180 <= 2.0 else ""
-        raise ValueError(f"turns: the readings turn by {ratio:.3g} times the angles that are given{unit}")
-    if not cross_axis:
-        power = (angles**2).sum(axis=0)
-        gain = (angles * reached).sum(axis=0) / power
-        return np.diag(gain), np.diag(np.sqrt((angles**2 * noise).sum(axis=0)) / power)
-    gram = angles.T @ angles
-    if np.linalg.cond(gram) > WORST_CONDITION:
-        raise CalibrationError("turns: their axes lie in a plane: turn the sensor about each of its axes")
-    inverse = np.linalg.inv(gram) @ angles.T  # (3, K)
-    return (inverse @ reached).T, np.sqrt((inverse**2 @ noise).T)
 
 
 def gyroscope_from_reference(
@@ -336,19 +250,6 @@ def _windows_error(
             jacobian[:, :, 3 + axis] -= turned * s[axis]
         after = _quat.multiply(_quat.exp(s * centred * h), after)
     return _quat.log(_quat.multiply(_quat.conjugate(after), target)), jacobian
-
-
-def steps(count: int, rate: float | None, t: ArrayLike | None) -> FloatArray:
-    """(T − 1,) time between samples, s."""
-    if t is not None:
-        stamps = vector("t", t, count)
-        dt: FloatArray = np.diff(stamps)
-        if not np.isfinite(stamps).all() or (dt < 0).any():
-            raise ValueError("t: expected finite times that do not decrease")
-        return dt
-    if rate is None:
-        raise ValueError("rate: expected a number where t is not given, got None")
-    return np.full(max(count - 1, 0), 1.0 / positive("rate", rate))
 
 
 def _check_rest(bias: FloatArray, spread: FloatArray) -> None:

@@ -12,8 +12,8 @@ from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _positions
 from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, vector
-from ahrs_rs.calibration._gyroscope import Turn, fit_gain
 from ahrs_rs.calibration._model import Calibration, TemperatureCalibration
+from ahrs_rs.calibration._turns import Turn, fit_gain
 
 __all__ = ["two_temperatures", "warm_up_accelerometer", "warm_up_gyroscope"]
 

@@ -11,6 +11,7 @@ from ahrs_rs._check import Report, check, up_vector
 from ahrs_rs._printable import printable
 from ahrs_rs.cli import _common, _reading
 from ahrs_rs.cli._common import CliError, Commands, Writers
+from ahrs_rs.cli._place import place
 
 EPILOG = """\
 Each finding has a severity (ok, note, warning, error), a code, and how sure it is. Exit status: 0; 1 where there is an
@@ -36,7 +37,7 @@ def add_parser(commands: Commands) -> None:
     )
     parser.set_defaults(function=run)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="recordings (see `ahrs-rs formats`)")
-    parser.add_argument("--place", type=_place, metavar="LAT,LON,ALT", help="where it was recorded: °, °, m")
+    parser.add_argument("--place", type=place, metavar="LAT,LON,ALT", help="where it was recorded: °, °, m")
     parser.add_argument("--date", metavar="DATE", help="when: 2024-06-30, or 2024.5 (default: today)")
     parser.add_argument("--up", metavar="AXIS", help="which axis was up when the recording began, like z or -y")
     parser.add_argument("--strict", action="store_true", help="exit status 1 for warnings too")
@@ -99,15 +100,3 @@ def _written(report: Report, args: argparse.Namespace) -> list[Path]:
         writers[args.html] = lambda path: _atomic.write_text(path, page)
     _common.write_all(writers)
     return list(writers)
-
-
-def _place(text: str) -> tuple[float, float, float]:
-    try:
-        numbers = [float(one) for one in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) == 2:
-        numbers.append(0.0)
-    if len(numbers) != 3:
-        raise argparse.ArgumentTypeError(f"expected LAT,LON,ALT in °, °, m, got {text!r}")
-    return numbers[0], numbers[1], numbers[2]

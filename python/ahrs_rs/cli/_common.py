@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib
 import itertools
 import math
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,8 @@ from numpy.typing import NDArray
 from ahrs_rs import _atomic, metrics
 from ahrs_rs._engine import FRAMES, GYR_HOLDS
 from ahrs_rs._filter import Filter
+from ahrs_rs._finished import Finished
+from ahrs_rs._own import register
 from ahrs_rs._recording import Recording
 from ahrs_rs._validate import did_you_mean
 from ahrs_rs.filters import FILTERS
@@ -85,12 +89,38 @@ def shown(value: float | str | bool) -> str:
 
 
 def find_filter(name: str) -> type[Filter]:
-    """The class of a filter by its name in any case."""
-    by_name = {known.lower(): cls for known, cls in FILTERS.items()}
-    cls = by_name.get(name.lower())
+    """The class of a filter by its name in any case, or of one's own as MODULE:NAME or NAME=FILES."""
+    if ":" in name or "=" in name:
+        return _own_filter(name)
+    by_name = {known.lower(): cls for known, cls in (*FILTERS.items(), *FILTERS.own.items())}
+    cls: type[Filter] | None = by_name.get(name.lower())
     if cls is None:
         raise CliError(f"unknown filter {name!r}{did_you_mean(name, FILTERS)}; there are {', '.join(FILTERS)}")
     return cls
+
+
+def _own_filter(text: str) -> type[Filter]:
+    """A class or function of a module that Python finds from here, or orientations of files; it is registered."""
+    label, equals, files = text.partition("=")
+    if equals:
+        return cast("type[Filter]", register(Finished(files, name=label)))
+    module, _, attribute = text.partition(":")
+    here = str(Path.cwd())
+    sys.path.insert(0, here)
+    try:
+        found: Any = importlib.import_module(module)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError) as error:
+        raise CliError(
+            f"--filter {text}: expected MODULE:NAME of a filter, got {type(error).__name__}: {error}"
+        ) from None
+    finally:
+        sys.path.remove(here)
+    try:
+        return cast("type[Filter]", register(found))
+    except (TypeError, ValueError) as error:
+        raise CliError(f"--filter {text}: {error}") from None
 
 
 def choose(cls: type[Filter], preset: str | None, texts: Mapping[str, str]) -> Choice:

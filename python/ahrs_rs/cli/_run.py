@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ahrs_rs import _quat, metrics
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._derived import DERIVED
 from ahrs_rs._estimate import Estimate
 from ahrs_rs._printable import printable
 from ahrs_rs._recording import Recording
 from ahrs_rs._status import Status
-from ahrs_rs.cli import _calibrated, _common, _reading
+from ahrs_rs.cli import _calibrated, _common, _place, _reading
 from ahrs_rs.cli._common import Aligner, Choice, CliError, Commands, Settings
+from ahrs_rs.cli._place import Place
 from ahrs_rs.filters import FILTERS
 from ahrs_rs.io import writers
 
@@ -66,7 +69,18 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument(
         "--outputs",
         metavar="NAMES",
-        help="of the filter, to be written too, like covariance,nis (see `ahrs-rs filters NAME`)",
+        help="to be written too: of the filter, like covariance,nis (see `ahrs-rs filters NAME`), or of "
+        + ", ".join(DERIVED),
+    )
+    parser.add_argument(
+        "--gravity",
+        type=_common.positive,
+        metavar="G",
+        help=f"of the place, for gravity and accelerations, m/s² (default: that of --place, or {GRAVITY})",
+    )
+    _place.add_option(parser, "its declination and gravity are taken (the extra earth)")
+    parser.add_argument(
+        "--date", metavar="DATE", help="of the field, like 2024-06-30 (default: the recording's, or today)"
     )
     parser.add_argument(
         "--linear-acceleration", action="store_true", help="write the acceleration in the earth frame too, m/s²"
@@ -84,21 +98,25 @@ def run(args: argparse.Namespace) -> int:
     """The command."""
     settings, aligner = Settings.of(args), Aligner.of(args)
     choice = _common.choose(_common.find_filter(args.filter), args.preset, _common.assignments(args.set))
-    outputs = _outputs(args, choice)
+    outputs, derived = _outputs(args, choice)
     if args.output is not None:
         _check_output(args.output, args.file)
-    elif outputs or args.degrees or args.linear_acceleration:
+    elif outputs or derived or args.degrees or args.linear_acceleration:
         raise CliError("--outputs, --degrees, --linear-acceleration: expected -o, as they are about what is written")
     calibrations = _calibrated.given(args)
     recording = _reading.with_reference(_reading.read(args.file, args), args)
     recording, said = _calibrated.applied(calibrations, recording)
-    start = _Start.of(args)
+    start, place = _Start.of(args), Place.of(args, recording)
+    settings, told = place.settings(settings)
     est = _estimate(choice, recording, settings, start, outputs=outputs)
-    lines = _summary(choice, recording, settings, aligner, est, start)
+    lines = _summary(choice, recording, settings, aligner, est, start) + told
     lines += [("note", note) for note in said]
     if args.output is not None:
-        beside = recording if args.linear_acceleration or args.output.suffix.lower() in MESSAGES else None
-        est.save(args.output, recording=beside, degrees=args.degrees)
+        needed = args.linear_acceleration or args.output.suffix.lower() in MESSAGES or any(map(DERIVED.get, derived))
+        beside = recording if needed else None
+        est.save(
+            args.output, recording=beside, degrees=args.degrees, outputs=derived, gravity=place.gravity(args.gravity)
+        )
         lines.append(("wrote", str(args.output)))
     for key, text in lines:
         print(f"{key:<10} {printable(text)}")
@@ -112,14 +130,21 @@ def _check_output(path: Path, source: Path) -> None:
     writers()[path.suffix.lower()].require()
 
 
-def _outputs(args: argparse.Namespace, choice: Choice) -> tuple[str, ...]:
-    """The outputs of the filter that are asked for."""
-    names = tuple(name.strip() for name in (args.outputs or "").split(",") if name.strip())
+def _outputs(args: argparse.Namespace, choice: Choice) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The outputs that are asked for: of the filter, and what follows from the attitudes."""
+    every = tuple(name.strip() for name in (args.outputs or "").split(",") if name.strip())
+    derived = tuple(name for name in every if name in DERIVED)
+    names = tuple(name for name in every if name not in DERIVED)
     for name in names:
         if name not in choice.cls.OUTPUTS:
-            known = ", ".join(choice.cls.OUTPUTS) or "none"
+            known = ", ".join((*choice.cls.OUTPUTS, *DERIVED))
             raise CliError(f"--outputs: {choice.cls.NAME} has no output {name!r}; there are {known}")
-    return names
+    uncertain = [name for name in derived if name.endswith("_std")]
+    if uncertain and "covariance" not in names:
+        if "covariance" not in choice.cls.OUTPUTS:
+            raise CliError(f"--outputs: {uncertain[0]}: expected a filter with a covariance, got {choice.cls.NAME}")
+        names = (*names, "covariance")
+    return names, derived
 
 
 def _add_start(parser: argparse.ArgumentParser) -> None:

@@ -69,6 +69,31 @@ def interruptible(fail: Callable[[str], object] | None = None) -> Iterator[Recei
             signal.signal(number, handler)
 
 
+class _StopError(Exception):
+    """Ctrl-C within `stoppable`."""
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Within, Ctrl-C ends what is within, and the command goes on after it; other signals end the command."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise _StopError
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    # The guard would end the process, where what comes after takes a while.
+    guard, before = signal.set_wakeup_fd(-1), signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    except _StopError:
+        pass
+    finally:
+        signal.signal(signal.SIGINT, before)
+        signal.set_wakeup_fd(guard, warn_on_full_buffer=False)
+
+
 class _Guard:
     """A thread that ends the process where the main thread is too late to do it."""
 

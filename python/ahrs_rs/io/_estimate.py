@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _atomic, metrics
+from ahrs_rs._constants import GRAVITY
+from ahrs_rs._derived import DERIVED
+from ahrs_rs._validate import did_you_mean
 from ahrs_rs.io._contents import require
 from ahrs_rs.io._ros_out import write_ros
 from ahrs_rs.io._sto_out import write_sto
@@ -34,6 +37,11 @@ COLUMNS = {
     "gyr_bias_deg": ("bias_x_deg_s", "bias_y_deg_s", "bias_z_deg_s"),
     "status": ("status",),
     "linear_acceleration": ("lin_acc_x", "lin_acc_y", "lin_acc_z"),
+    "linear_acceleration_sensor": ("lin_acc_sensor_x", "lin_acc_sensor_y", "lin_acc_sensor_z"),
+    "gravity": ("gravity_x", "gravity_y", "gravity_z"),
+    "turn_rate": ("turn_rate_x", "turn_rate_y", "turn_rate_z"),
+    "turn_rate_deg_s": ("turn_rate_x_deg_s", "turn_rate_y_deg_s", "turn_rate_z_deg_s"),
+    "rotation_vector": ("rotvec_x", "rotvec_y", "rotvec_z"),
 }
 
 
@@ -60,7 +68,13 @@ class Writer:
 
 
 def save_estimate(
-    path: str | os.PathLike[str], est: Estimate, recording: Recording | None = None, *, degrees: bool = False
+    path: str | os.PathLike[str],
+    est: Estimate,
+    recording: Recording | None = None,
+    *,
+    degrees: bool = False,
+    outputs: Sequence[str] = (),
+    gravity: float = GRAVITY,
 ) -> None:
     """Write an estimate; see `Estimate.save`.
 
@@ -74,6 +88,10 @@ def save_estimate(
         Of the same rows, for what is made of it.
     degrees : bool, optional
         Degrees in place of radians.
+    outputs : sequence of str, optional
+        What else follows from the attitudes, for CSV, Parquet and npz.
+    gravity : float, optional
+        Of the place, m/s².
 
     Examples
     --------
@@ -96,16 +114,56 @@ def save_estimate(
         )
     if recording is not None and len(recording) != len(est):
         raise ValueError(f"recording: expected the {len(est)} rows of the estimate, got {len(recording)}")
+    more = derived_of(est, recording, degrees, outputs, gravity)
+    if more and path.suffix.lower() not in _ARRAYS:
+        raise ValueError(
+            f"outputs: expected none in {path.suffix}, as only {', '.join(_ARRAYS)} hold them, got {outputs}"
+        )
+    if more or gravity != GRAVITY:
+        arrays = arrays_of(est, recording, degrees, gravity)
+        status = arrays.pop("status")
+        _ARRAYS[path.suffix.lower()](path, arrays | more | {"status": status})
+        return
     writer.write(path, est, recording, degrees)
 
 
-def arrays_of(est: Estimate, recording: Recording | None, degrees: bool) -> Arrays:
+def derived_of(
+    est: Estimate, recording: Recording | None, degrees: bool, outputs: Sequence[str], gravity: float = GRAVITY
+) -> Arrays:
+    """What follows from the attitudes, by the names of `DERIVED`, with the unit in a name where it is degrees."""
+    arrays: Arrays = {}
+    for name in outputs:
+        if name not in DERIVED:
+            known = ", ".join(DERIVED)
+            raise ValueError(f"outputs: expected some of {known}, got {name!r}{did_you_mean(name, DERIVED)}")
+        sensor = DERIVED[name]
+        if not sensor:
+            if name == "gravity":
+                arrays[name] = est.gravity(gravity)
+            elif name == "rotation_vector":
+                arrays[name] = est.rotation_vector()
+            else:
+                arrays[f"{name}_deg" if degrees else name] = getattr(est, name)(degrees)
+            continue
+        if recording is None:
+            raise ValueError(f"recording: needed for the output {name}, got None")
+        readings = recording.require(sensor)
+        if name == "turn_rate":
+            rate = est.turn_rate(readings)
+            arrays["turn_rate_deg_s" if degrees else name] = np.rad2deg(rate) if degrees else rate
+        else:
+            frame = "sensor" if name.endswith("_sensor") else "earth"
+            arrays[name] = est.linear_acceleration(readings, frame, gravity=gravity)
+    return arrays
+
+
+def arrays_of(est: Estimate, recording: Recording | None, degrees: bool, gravity: float = GRAVITY) -> Arrays:
     """What is written of an estimate, in the order of the columns."""
     arrays: Arrays = {"t": est.t, "quat": est.quat, "euler_deg" if degrees else "euler": est.euler(degrees)}
     if est.gyr_bias is not None:
         arrays["gyr_bias_deg" if degrees else "gyr_bias"] = np.rad2deg(est.gyr_bias) if degrees else est.gyr_bias
     if recording is not None and recording.acc is not None:
-        arrays["linear_acceleration"] = est.linear_acceleration(recording.acc)
+        arrays["linear_acceleration"] = est.linear_acceleration(recording.acc, gravity=gravity)
     arrays |= est.extra
     arrays["status"] = est.status
     return arrays

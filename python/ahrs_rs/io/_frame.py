@@ -66,11 +66,34 @@ def _columns(frame: Any) -> dict[str, Any]:
         return {column.name: column for column in frame.get_columns()}
     if library == "pyarrow" and hasattr(frame, "column_names"):
         return {name: frame.column(k) for k, name in enumerate(frame.column_names)}
+    if library == "xarray" and hasattr(frame, "data_vars"):
+        return _of_dataset(frame)
     if isinstance(frame, Mapping):
         return {str(name): np.asarray(column) for name, column in frame.items()}
     raise TypeError(
-        f"frame: expected a data frame of pandas, polars or pyarrow, or a dict of columns, got {type(frame).__name__}"
+        "frame: expected a data frame of pandas, polars, pyarrow or xarray, or a dict of columns, got "
+        f"{type(frame).__name__}"
     )
+
+
+def _of_dataset(dataset: Any) -> dict[str, Any]:
+    """The variables of a Dataset of xarray over its first dimension, and the coordinates of that."""
+    every = {str(name): one for name, one in dataset.data_vars.items()}
+    if not every:
+        raise ValueError("frame: expected a Dataset with variables, got an empty one")
+    rows = next((one.dims[0] for one in every.values() if one.ndim == 1), None)
+    if rows is None:
+        # Of vectors alone: the dimension with coordinates that are no axes.
+        shared = set.intersection(*(set(one.dims) for one in every.values()))
+        rows = next((one for one in next(iter(every.values())).dims if one in shared and dataset.sizes[one] != 3), None)
+    if rows is None:
+        raise ValueError(f"frame: expected variables over one dimension of samples, got {dict(dataset.sizes)}")
+    columns = {name: np.asarray(one) for name, one in dataset.coords.items() if one.dims == (rows,)}
+    columns = {str(name): one for name, one in columns.items()}
+    for name, one in every.items():
+        if rows in one.dims and one.ndim <= 2:
+            columns[name] = one.transpose(rows, ...).values
+    return columns
 
 
 def _width(column: Any) -> int:

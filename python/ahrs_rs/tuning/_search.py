@@ -18,6 +18,7 @@ from ahrs_rs._filter import Filter
 from ahrs_rs._optional import require
 from ahrs_rs._progress import progress_count
 from ahrs_rs._recording import Recording
+from ahrs_rs._sweep import require_class
 from ahrs_rs.tuning._evaluate import Evaluator, TuningInterrupted
 from ahrs_rs.tuning._result import Scores, Tuned
 from ahrs_rs.tuning._space import Axis, Value, at, combinations, space
@@ -92,6 +93,7 @@ def grid(
     ['beta']
     """
     params, recordings = _in_order(params, recordings)
+    filter = require_class(filter)
     axes = space(filter, params)
     sets = [{**(fixed or {}), **one} for one in combinations(axes, points)]
 
@@ -170,6 +172,7 @@ def evolve(
     []
     """
     params, recordings = _in_order(params, recordings)
+    filter = require_class(filter)
     axes = space(filter, params)
     sets = 1 + (generations + 1) * max(population * len(axes), 5)
 

@@ -155,7 +155,7 @@ def space(filter: type[Filter], params: Sequence[str] | Mapping[str, Any] | None
     >>> [axis.name for axis in ar.tuning.space(ar.Mahony, ["kp", "ki"])]
     ['kp', 'ki']
     """
-    require_class(filter)
+    filter = require_class(filter)
     if params is None:
         params = [name for name, param in filter.PARAMS.items() if _has_scale(param)]
     if isinstance(params, str):
