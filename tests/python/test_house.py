@@ -29,6 +29,7 @@ NAMESPACES = {
     "metrics",
     "papers",
     "plots",
+    "rotation",
     "signal",
     "simulate",
     "tuning",
