@@ -31,13 +31,13 @@ from ahrs_rs.filters import FILTERS as FILTERS
 from ahrs_rs.io import read, read_all, sensors
 
 if _TYPE_CHECKING:
-    from ahrs_rs import calibration, earth, papers, plots, rotation, signal, simulate, tuning
+    from ahrs_rs import calibration, chain, earth, papers, plots, rotation, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("calibration", "earth", "papers", "plots", "rotation", "signal", "simulate", "tuning")
+_LATER = ("calibration", "chain", "earth", "papers", "plots", "rotation", "signal", "simulate", "tuning")
 #: The same for functions and classes: name -> module.
 _LATER_FUNCTIONS = {
     "Finding": "_check",
@@ -60,6 +60,7 @@ __all__ = [
     "Sweep",
     "SweepInterrupted",
     "calibration",
+    "chain",
     "check",
     "earth",
     "filters",

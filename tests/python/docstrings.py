@@ -12,7 +12,19 @@ import ahrs_rs as ar
 #: Classes without underscore that stand in private files only.
 PRIVATE = ("Table", "Engine")
 #: The documented namespaces with an API; `cli` is a program.
-NAMESPACES = ("calibration", "filters", "io", "metrics", "papers", "plots", "rotation", "signal", "simulate", "tuning")
+NAMESPACES = (
+    "calibration",
+    "chain",
+    "filters",
+    "io",
+    "metrics",
+    "papers",
+    "plots",
+    "rotation",
+    "signal",
+    "simulate",
+    "tuning",
+)
 
 
 def public() -> dict[str, Any]:

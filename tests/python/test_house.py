@@ -22,6 +22,7 @@ names_tool = importlib.import_module("names")
 #: The documented namespaces: what else there is has an underscore (scipy's rule).
 NAMESPACES = {
     "calibration",
+    "chain",
     "cli",
     "earth",
     "filters",
