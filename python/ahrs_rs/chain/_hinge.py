@@ -1,22 +1,4 @@
-"""The axis of a hinge in the frames of two sensors, from their angular rates and specific forces.
-
-Both segments of a hinge turn together but for a turn about its axis j. So the parts of their angular rates that are
-perpendicular to it have one length (T. Seel, T. Schauer and J. Raisch, "Joint axis and position estimation from
-inertial measurement data by exploiting kinematic constraints", IEEE CCA 2012):
-
-    e_ω = |ω1 × j1| - |ω2 × j2| = 0,
-
-which leaves the sign of each axis open. The specific force of a point on the axis is that of both segments. Those of
-the sensors differ from it by what their lever arms make of angular rates and accelerations, so along the axis
-
-    e_f = j1·f1 - j2·f2 ≈ 0
-
-where the turns are slow (F. Olsson, T. Seel, D. Lehmann and K. Halvorsen, "Joint axis estimation for fast and slow
-movements using weighted gyroscope and acceleration constraints", FUSION 2019; F. Olsson, M. Kok, T. Seel and K.
-Halvorsen, "Robust plug-and-play joint axis estimation using inertial sensors", Sensors 20(12):3534, 2020). Their
-weights follow from the noise; ours, for e_f, from what a lever arm ℓ does, with α for dω/dt:
-σ² + (ℓ (|ω1|² + |ω2|² + |α1| + |α2|))². What is still far out is weighted down by Huber's rule.
-"""
+"""The axis of a hinge in the frames of two sensors, from their angular rates and specific forces."""
 
 from __future__ import annotations
 
@@ -24,26 +6,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ahrs_rs import _validate
-from ahrs_rs._rate import median
 from ahrs_rs._typing import BoolArray, FloatArray
 from ahrs_rs.chain._common import positive
+from ahrs_rs.chain._constraints import LEAST, Readings, fitted, rate_errors, starts, system, tangents_of
 
 __all__ = ["HingeAxis", "hinge_axis"]
 
-#: Samples with which the starts are compared.
-SOME = 1000
-ROUNDS = 50
-#: The search ends where the axes move by less, rad.
-SETTLED = 1e-9
-#: Huber's constant, in standard deviations: 95 % efficiency for normal errors.
-HUBER = 1.345
-#: A median of absolute values times this is a standard deviation of normal errors.
-NORMAL = 1.4826
-#: Error of j·f at rest, m/s²: biases and scale factors of accelerometers.
-FORCE = 0.2
 #: Smallest eigenvalue of the normal matrix per sample, over the mean square of the angular rates: a motion in which the
 #: rate of one sensor leaves the axis by 3° only has 0.003.
 DETERMINED = 3e-3
@@ -54,8 +25,6 @@ PLANAR = 0.997
 SPAN = 5.0
 #: Blocks, over which errors may be correlated, for the covariance; and the fewest, s and number.
 BLOCK, FEWEST = 1.0, 8
-#: Samples that are needed.
-LEAST = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,10 +137,10 @@ def hinge_axis(
     known: BoolArray = np.logical_not(np.isnan(np.hstack([g1, g2])).any(axis=1))
     if np.count_nonzero(known) < LEAST:
         raise ValueError(f"gyr1, gyr2: expected at least {LEAST} rows without NaN, got {np.count_nonzero(known)}")
-    data = _Data.of(times, g1, g2, forces, known, positive("lever", lever))
+    data = Readings.of(times, g1, g2, forces, known, positive("lever", lever))
     _refuse_planar(data)
-    found = min((_fitted(one, data.some(), forces=False) for one in _starts(data)), key=lambda one: one[1])[0]
-    found, _ = _fitted(found, data, forces=False)
+    found = min((fitted(one, data.some(), forces=False) for one in starts(data)), key=lambda one: one[1])[0]
+    found, _ = fitted(found, data, forces=False)
     agreement = _agreement(found, data)
     if data.forces is not None:
         # With the right signs j1·f1 = j2·f2: whichever says it more clearly decides.
@@ -180,56 +149,12 @@ def hinge_axis(
         found = np.stack([found[0], -found[1]])
         agreement = -agreement
     if data.forces is not None:
-        found, _ = _fitted(found, data, forces=True)
+        found, _ = fitted(found, data, forces=True)
     std = _deviations(found, data)
     if found[0, int(np.argmax(np.abs(found[0])))] < 0.0:
         found = -found
-    error, _ = _rates(found, data)
+    error, _ = rate_errors(found, data)
     return HingeAxis(found[0], found[1], std, float(np.sqrt(np.mean(error**2))), float(agreement))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Data:
-    """What was read by both sensors, without the rows in which something is missing."""
-
-    t: FloatArray
-    rates: FloatArray
-    """(2, n, 3)"""
-    forces: FloatArray | None
-    """(2, m, 3) of the rows in which both have one"""
-    force_rows: NDArray[np.intp]
-    """(m,)"""
-    force_std: FloatArray
-    """(m,) of j1·f1 - j2·f2"""
-
-    @classmethod
-    def of(
-        cls,
-        t: FloatArray,
-        g1: FloatArray,
-        g2: FloatArray,
-        forces: tuple[FloatArray, FloatArray] | None,
-        known: BoolArray,
-        lever: float,
-    ) -> _Data:
-        stamps, rates = t[known], np.stack([g1[known], g2[known]])
-        none = np.zeros(0, dtype=np.intp)
-        if forces is None:
-            return cls(stamps, rates, None, none, np.zeros(0))
-        both = np.stack([each[known] for each in forces])
-        there = np.flatnonzero(~np.isnan(both).any(axis=(0, 2)))
-        if len(there) < LEAST:
-            return cls(stamps, rates, None, none, np.zeros(0))
-        size = np.sum(np.linalg.norm(rates, axis=2) ** 2, axis=0)
-        step = np.diff(stamps)
-        step = np.maximum(step, median(step[step > 0.0]) if (step > 0.0).any() else 1.0)
-        slope = np.sum(np.linalg.norm(np.diff(rates, axis=1), axis=2), axis=0) / step
-        size += np.maximum(np.append(slope, slope[-1]), np.append(slope[0], slope))
-        return cls(stamps, rates, both[:, there], there, np.hypot(FORCE, lever * size[there]))
-
-    def some(self) -> _Data:
-        part = slice(None, None, max(self.rates.shape[1] // SOME, 1))
-        return _Data(self.t[part], self.rates[:, part], None, np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
 def _readings(name: str, given: ArrayLike) -> FloatArray:
@@ -239,7 +164,7 @@ def _readings(name: str, given: ArrayLike) -> FloatArray:
     return rows
 
 
-def _refuse_planar(data: _Data) -> None:
+def _refuse_planar(data: Readings) -> None:
     shares = []
     for name, rates in zip(("gyr1", "gyr2"), data.rates, strict=True):
         values = np.linalg.eigvalsh(rates.T @ rates)
@@ -253,102 +178,14 @@ def _refuse_planar(data: _Data) -> None:
         )
 
 
-def _starts(data: _Data) -> list[FloatArray]:
-    """Pairs of axes: where the rates are largest, and the axes of the sensors in all pairs."""
-    principal = np.stack([np.linalg.eigh(rates.T @ rates)[1][:, -1] for rates in data.rates])
-    return [principal, *(np.stack([a, b]) for a in np.eye(3) for b in np.eye(3))]
-
-
-def _tangents(axes: FloatArray) -> FloatArray:
-    """(2, 3, 2): two unit vectors perpendicular to each axis, whose cross product is the axis.
-
-    Duff et al., "Building an orthonormal basis, revisited", Journal of Computer Graphics Techniques 6(1), 2017.
-    """
-    x, y, z = axes.T
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    found: FloatArray = np.array([[1.0 + sign * x * x * a, b], [sign * b, sign + y * y * a], [-sign * x, -y]])
-    return np.moveaxis(found, 2, 0)
-
-
-def _rates(axes: FloatArray, data: _Data) -> tuple[FloatArray, FloatArray]:
-    """e_ω and its derivatives (n, 4) by the tangents of both axes."""
-    lengths, slopes = [], []
-    for rates, axis, tangents in zip(data.rates, axes, _tangents(axes), strict=True):
-        across = rates @ tangents  # of ω × j, whose length is that of what is left of ω
-        length = np.hypot(across[:, 0], across[:, 1])
-        # |ω × j|² = |ω|² - (ω·j)², so d|ω × j| = -(ω·j) (ω·dj) / |ω × j|
-        slopes.append(across * (-(rates @ axis) / np.where(length > 0.0, length, 1.0))[:, np.newaxis])
-        lengths.append(length)
-    return lengths[0] - lengths[1], np.hstack([slopes[0], -slopes[1]])
-
-
-def _along(axes: FloatArray, data: _Data) -> tuple[FloatArray, FloatArray]:
-    """e_f in its standard deviations, and its derivatives (n, 4)."""
-    assert data.forces is not None
-    parts = np.einsum("snk,skm->snm", data.forces, _tangents(axes))
-    error = data.forces[0] @ axes[0] - data.forces[1] @ axes[1]
-    return error / data.force_std, np.hstack([parts[0], -parts[1]]) / data.force_std[:, np.newaxis]
-
-
-def _weighted(error: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """In standard deviations, found by the median, times the roots of Huber's weights; and where those are 1."""
-    scale = max(NORMAL * median(np.abs(error)), 1e-12)
-    size = np.abs(error) / scale
-    inside: BoolArray = size <= HUBER
-    root = np.sqrt(np.where(inside, 1.0, HUBER / np.maximum(size, HUBER))) / scale
-    return root * error, root[:, np.newaxis] * columns, inside
-
-
-def _system(axes: FloatArray, data: _Data, forces: bool) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Errors and derivatives of all constraints; with forces weighted."""
-    error, columns = _rates(axes, data)
-    if not forces:
-        return error, columns, np.ones(len(error), dtype=np.bool_)
-    first, second = _weighted(error, columns), _weighted(*_along(axes, data))
-    return np.append(first[0], second[0]), np.vstack([first[1], second[1]]), np.append(first[2], second[2])
-
-
-def _fitted(axes: FloatArray, data: _Data, *, forces: bool) -> tuple[FloatArray, float]:
-    """Levenberg and Marquardt from a start, and the mean square of e_ω that is left.
-
-    With forces the weights follow the errors (iteratively reweighted least squares).
-    """
-    damping = 1e-3
-    for _ in range(ROUNDS):
-        error, columns, _ = _system(axes, data, forces)
-        normal = columns.T @ columns
-        scale = float(np.trace(normal)) / 4.0
-        if not scale > 0.0:
-            break
-        change = np.asarray(np.linalg.solve(normal + damping * scale * np.eye(4), -columns.T @ error), dtype=np.float64)
-        tried = _moved(axes, change)
-        # With forces the weights change from round to round, and costs cannot be compared.
-        settled = bool(np.linalg.norm(change) < SETTLED)
-        if forces or settled or np.sum(_rates(tried, data)[0] ** 2) <= np.sum(error**2):
-            axes, damping = tried, max(damping / 10.0, 1e-9)
-        else:
-            damping *= 10.0
-        if settled or damping > 1e6:
-            break
-    return axes, float(np.mean(_rates(axes, data)[0] ** 2))
-
-
-def _moved(axes: FloatArray, change: FloatArray) -> FloatArray:
-    turned = axes + np.einsum("skm,sm->sk", _tangents(axes), change.reshape(2, 2))
-    moved: FloatArray = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    return moved
-
-
-def _agreement(axes: FloatArray, data: _Data) -> float:
+def _agreement(axes: FloatArray, data: Readings) -> float:
     """How well the signs of both axes fit: 1 where they do, -1 where opposite signs do.
 
     Perpendicular to the axis both rates are one vector, which the second sensor sees turned back by the angle θ of the
     hinge, θ' = ω2·j2 - ω1·j1. In the complex plane across each axis z2 = z1 exp(-iθ) times a constant. With j2 of the
     wrong sign z2 is conjugate and θ' wrong, and the constant wanders.
     """
-    tangents = _tangents(axes)
+    tangents = tangents_of(axes)
     z1, z2 = (
         rates @ plane[:, 0] + 1j * (rates @ plane[:, 1]) for rates, plane in zip(data.rates, tangents, strict=True)
     )
@@ -368,7 +205,7 @@ def _agreement(axes: FloatArray, data: _Data) -> float:
     return found[0] - found[1]
 
 
-def _force_agreement(axes: FloatArray, data: _Data) -> float:
+def _force_agreement(axes: FloatArray, data: Readings) -> float:
     """The same by the forces: the correlation of j1·f1 and j2·f2 about zero."""
     assert data.forces is not None
     a, b = (force @ axis / data.force_std for force, axis in zip(data.forces, axes, strict=True))
@@ -376,12 +213,12 @@ def _force_agreement(axes: FloatArray, data: _Data) -> float:
     return float(np.sum(a * b)) / size if size > 0.0 else 0.0
 
 
-def _deviations(axes: FloatArray, data: _Data) -> FloatArray:
+def _deviations(axes: FloatArray, data: Readings) -> FloatArray:
     """Standard deviations of both axes, from sums of the gradient over blocks; ValueError where they are left open.
 
     (JᵀJ)⁻¹ Σ_b s_b s_bᵀ (JᵀJ)⁻¹ with s_b the gradient of block b: right whatever the correlation within a block.
     """
-    _, bare = _rates(axes, data)
+    _, bare = rate_errors(axes, data)
     least, vector = (each[..., 0] for each in np.linalg.eigh(bare.T @ bare / len(bare)))
     mean_square = float(np.mean(np.sum(data.rates**2, axis=2)))
     if least < DETERMINED * mean_square and data.forces is None:
@@ -390,7 +227,7 @@ def _deviations(axes: FloatArray, data: _Data) -> FloatArray:
             f"{which}: expected a motion that determines the axis in its frame, got one that leaves it open: turn both "
             "segments about several axes, or give acc1 and acc2"
         )
-    error, columns, inside = _system(axes, data, data.forces is not None)
+    error, columns, inside = system(axes, data, data.forces is not None)
     count = max(math.ceil((data.t[-1] - data.t[0]) / BLOCK), 1)
     block = np.minimum((np.arange(len(data.t)) * max(count, FEWEST)) // len(data.t), max(count, FEWEST) - 1)
     block = np.append(block, block[data.force_rows])
