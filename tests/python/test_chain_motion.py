@@ -79,6 +79,22 @@ def test_forces_find_the_axis_of_a_slow_motion_that_rates_leave_in_noise() -> No
     assert found < 0.2 * without
 
 
+def test_lever_arms_in_fast_turns_make_forces_no_worse_than_none() -> None:
+    # Slow for 12 s, then fast, half a metre and more from the axis: there the forces along it differ by a lot.
+    body = waves(21, 0.5, 0.02, 0.05), waves(22, 0.3, 1.0, 2.5)
+    bend = waves(23, 0.4, 0.02, 0.05, channels=1), waves(24, 0.3, 1.0, 2.5, channels=1)
+
+    def both(slow_and_fast: Any) -> Any:
+        slow, fast = slow_and_fast
+        return lambda t: slow(t) + (0.5 + 0.5 * np.tanh(2.0 * (t - 12.0)))[:, np.newaxis] * fast(t)
+
+    arms = Chain("Y", both(bend), body=both(body), levers=((0.5, 0.1, -0.6), (-0.3, 0.4, 0.5)))
+    for seed in range(2):
+        gyr, acc = noisy(arms.gyr(T), seed, 0.3, 0.0), noisy(arms.acc(T), seed + 9, 0.1, 0.0)
+        with_forces, without = (errors(ar.chain.hinge_axis(*gyr, *each, rate=RATE)).max() for each in (acc, ()))
+        assert with_forces < 1.1 * without < np.radians(1.0)
+
+
 def test_knocks_do_not_move_the_axis() -> None:
     gyr, acc = noisy(GYR, 1, 0.01, 0.0), noisy(ACC, 2, 0.1, 0.0)
     rng = np.random.default_rng(3)

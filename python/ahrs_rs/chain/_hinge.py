@@ -148,9 +148,13 @@ def hinge_axis(
     if agreement < 0.0:
         found = np.stack([found[0], -found[1]])
         agreement = -agreement
+    std = _deviations(found, data, forces=False)
     if data.forces is not None:
-        found, _ = fitted(found, data, forces=True)
-    std = _deviations(found, data)
+        # Lever arms in fast turns can make forces worse than nothing: the fit with the smaller deviations counts.
+        other, _ = fitted(found, data, forces=True)
+        deviations = _deviations(other, data, forces=True)
+        if not np.sum(deviations**2) >= np.sum(std**2):
+            found, std = other, deviations
     if found[0, int(np.argmax(np.abs(found[0])))] < 0.0:
         found = -found
     error, _ = rate_errors(found, data)
@@ -213,7 +217,7 @@ def _force_agreement(axes: FloatArray, data: Readings) -> float:
     return float(np.sum(a * b)) / size if size > 0.0 else 0.0
 
 
-def _deviations(axes: FloatArray, data: Readings) -> FloatArray:
+def _deviations(axes: FloatArray, data: Readings, *, forces: bool) -> FloatArray:
     """Standard deviations of both axes, from sums of the gradient over blocks; ValueError where they are left open.
 
     (JᵀJ)⁻¹ Σ_b s_b s_bᵀ (JᵀJ)⁻¹ with s_b the gradient of block b: right whatever the correlation within a block.
@@ -221,16 +225,18 @@ def _deviations(axes: FloatArray, data: Readings) -> FloatArray:
     _, bare = rate_errors(axes, data)
     least, vector = (each[..., 0] for each in np.linalg.eigh(bare.T @ bare / len(bare)))
     mean_square = float(np.mean(np.sum(data.rates**2, axis=2)))
-    if least < DETERMINED * mean_square and data.forces is None:
+    if least < DETERMINED * mean_square and not forces:
+        if data.forces is not None:
+            return np.full(2, np.inf)
         which = "gyr1" if np.sum(vector[:2] ** 2) > 0.5 else "gyr2"
         raise ValueError(
             f"{which}: expected a motion that determines the axis in its frame, got one that leaves it open: turn both "
             "segments about several axes, or give acc1 and acc2"
         )
-    error, columns, inside = system(axes, data, data.forces is not None)
+    error, columns, inside = system(axes, data, forces)
     count = max(math.ceil((data.t[-1] - data.t[0]) / BLOCK), 1)
     block = np.minimum((np.arange(len(data.t)) * max(count, FEWEST)) // len(data.t), max(count, FEWEST) - 1)
-    block = np.append(block, block[data.force_rows])
+    block = np.append(block, block[data.force_rows]) if forces else block
     scores = np.zeros((int(block.max()) + 1, 4))
     np.add.at(scores, block, columns * error[:, np.newaxis])
     # The derivative of Huber's gradient: nothing where an error is far out.
