@@ -33,13 +33,13 @@ from ahrs_rs.filters import FILTERS as FILTERS
 from ahrs_rs.io import read, read_all, sensors
 
 if _TYPE_CHECKING:
-    from ahrs_rs import attitude, calibration, earth, papers, plots, signal, simulate, tuning
+    from ahrs_rs import attitude, calibration, chain, earth, papers, plots, rotation, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
-_LATER = ("attitude", "calibration", "earth", "papers", "plots", "signal", "simulate", "tuning")
+_LATER = ("attitude", "calibration", "chain", "earth", "papers", "plots", "rotation", "signal", "simulate", "tuning")
 #: The same for functions and classes: name -> module.
 _LATER_FUNCTIONS = {
     "Finding": "_check",
@@ -65,6 +65,7 @@ __all__ = [
     "SweepInterrupted",
     "attitude",
     "calibration",
+    "chain",
     "check",
     "earth",
     "filters",
@@ -75,6 +76,7 @@ __all__ = [
     "read",
     "read_all",
     "register",
+    "rotation",
     "run_many",
     "sensors",
     "signal",

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 
-from ahrs_rs import _quat
 from ahrs_rs._typing import FloatArray
 
 #: Streams of vectors in the sensor frame, alone or at the start of a name (acc_high_range).
@@ -40,16 +39,3 @@ def axes_matrix(axes: str) -> FloatArray:
 def is_sensor_vector(name: str) -> bool:
     """Whether a stream of this name holds vectors in the sensor frame."""
     return any(name == one or name.startswith(f"{one}_") for one in SENSOR_VECTORS)
-
-
-def quaternion_of(matrix: FloatArray) -> FloatArray:
-    """The unit quaternion of a rotation matrix of zeros and ones with signs."""
-    angle = float(np.arccos(np.clip(0.5 * (np.trace(matrix) - 1.0), -1.0, 1.0)))
-    skew = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
-    if np.linalg.norm(skew) > 0.0:
-        return _quat.exp(angle * skew / np.linalg.norm(skew))
-    if angle == 0.0:
-        return np.array([1.0, 0.0, 0.0, 0.0])
-    axis = 0.5 * (matrix + np.eye(3))  # half a turn: n nᵀ
-    column = axis[:, int(np.argmax(np.diag(axis)))]
-    return np.concatenate([[0.0], column / np.linalg.norm(column)])

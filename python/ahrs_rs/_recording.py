@@ -333,7 +333,7 @@ class Recording:
             Not three different axes, or a mirror image of them.
         """
         matrix = _axes.axes_matrix(axes)
-        back = _quat.conjugate(_axes.quaternion_of(matrix))
+        back = _quat.conjugate(_quat.of_matrix(matrix))
 
         def turned(name: str, values: NDArray[Any]) -> NDArray[Any]:
             if _axes.is_sensor_vector(name) and values.ndim == 2 and values.shape[1] == 3:

@@ -7,9 +7,8 @@ import warnings
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ahrs_rs import _quat, metrics
+from ahrs_rs import _lags, _quat, metrics
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._recording import Recording
 from ahrs_rs._streams import Stream
@@ -112,12 +111,16 @@ def _coarse_offset(recording: Recording, truth: Stream) -> float:
     """The offset at which the norms of the angular rates are most alike, over all offsets at which enough overlaps."""
     recording.require("gyr")
     gyr = recording.streams["gyr"]
-    sensor = _norms_of_rates(gyr)
+    sensor = _lags.norms_of_rates(gyr, RATE)
     optical = _norms_of_turns(truth)
     least = max(min(sensor.size, optical.size) // 3, round(2.0 * RATE))
     if min(sensor.size, optical.size) < round(2.0 * RATE):
         raise ValueError("other: expected at least 2 s of orientations and of angular rates")
-    lags, score = _correlations(sensor, optical, min(least, min(sensor.size, optical.size)))
+    lags, score = _lags.correlations(sensor, optical, min(least, min(sensor.size, optical.size)))
+    if np.isnan(score).all():
+        raise ValueError(
+            "other: too little overlaps, or nothing turns: an offset of the clocks cannot be found (give offset=)"
+        )
     best = int(np.nanargmax(score))
     if not score[best] >= CORRELATION:
         raise ValueError(
@@ -127,13 +130,6 @@ def _coarse_offset(recording: Recording, truth: Stream) -> float:
     return float(gyr.t[0] - truth.t[0] + lags[best] / RATE)
 
 
-def _norms_of_rates(gyr: Stream) -> FloatArray:
-    grid = np.arange(gyr.t[0], gyr.t[-1], 1.0 / RATE)
-    rates = gyr.averaged(grid) if len(grid) > 1 else np.zeros((0, 3))
-    norms: FloatArray = np.linalg.norm(rates, axis=1)
-    return norms
-
-
 def _norms_of_turns(truth: Stream) -> FloatArray:
     grid = np.arange(truth.t[0], truth.t[-1], 1.0 / RATE)
     quat = truth.turning(grid)
@@ -141,38 +137,6 @@ def _norms_of_turns(truth: Stream) -> FloatArray:
         return np.zeros(0)
     turn = np.linalg.norm(_quat.log(_quat.multiply(_quat.conjugate(quat[:-1]), quat[1:])), axis=1) * RATE
     return np.concatenate([[np.nan], turn])
-
-
-def _correlations(sensor: FloatArray, optical: FloatArray, least: int) -> tuple[NDArray[np.int64], FloatArray]:
-    """Correlation of the two at every lag (in samples: optical[k] stands at sensor[k + lag]), NaN where too few
-    overlap.
-
-    All sums over the overlaps are convolutions, by the fast Fourier transform.
-    """
-    size = 1 << (sensor.size + optical.size).bit_length()
-
-    def over(a: FloatArray, b: FloatArray) -> FloatArray:
-        found = np.fft.irfft(np.fft.rfft(a, size) * np.conj(np.fft.rfft(b, size)), size)
-        return np.concatenate([found[size - optical.size + 1 :], found[: sensor.size]])
-
-    there, here = (np.isfinite(one).astype(np.float64) for one in (sensor, optical))
-    # Logarithms: a knock of the sensor is not to decide alone.
-    x, y = (np.log(np.where(np.isfinite(one), np.maximum(one, 0.01), 1.0)) for one in (sensor, optical))
-    x, y = x * there, y * here
-    count = np.maximum(over(there, here), 1.0)
-    mean_x, mean_y = over(x, here) / count, over(there, y) / count
-    var_x = over(x * x, here) / count - mean_x**2
-    var_y = over(there, y * y) / count - mean_y**2
-    product = over(x, y) / count - mean_x * mean_y
-    score = np.full(count.shape, np.nan)
-    enough = (count >= least - 0.5) & (var_x > 1e-6) & (var_y > 1e-6)
-    score[enough] = product[enough] / np.sqrt(var_x[enough] * var_y[enough])
-    if not enough.any():
-        raise ValueError(
-            "other: too little overlaps, or nothing turns: an offset of the clocks cannot be found (give offset=)"
-        )
-    lags = np.arange(-(optical.size - 1), sensor.size)
-    return lags, score
 
 
 def _fine_offset(recording: Recording, truth: Stream, coarse: float) -> tuple[float, dict[str, Any]]:

@@ -12,7 +12,20 @@ import ahrs_rs as ar
 #: Classes without underscore that stand in private files only.
 PRIVATE = ("Table", "Engine")
 #: The documented namespaces with an API; `cli` is a program.
-NAMESPACES = ("attitude", "calibration", "filters", "io", "metrics", "papers", "plots", "signal", "simulate", "tuning")
+NAMESPACES = (
+    "attitude",
+    "calibration",
+    "chain",
+    "filters",
+    "io",
+    "metrics",
+    "papers",
+    "plots",
+    "rotation",
+    "signal",
+    "simulate",
+    "tuning",
+)
 
 
 def public() -> dict[str, Any]:

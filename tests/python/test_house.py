@@ -23,6 +23,7 @@ names_tool = importlib.import_module("names")
 NAMESPACES = {
     "attitude",
     "calibration",
+    "chain",
     "cli",
     "earth",
     "filters",
@@ -30,6 +31,7 @@ NAMESPACES = {
     "metrics",
     "papers",
     "plots",
+    "rotation",
     "signal",
     "simulate",
     "tuning",

@@ -415,16 +415,16 @@ def _first_rotations(problem: _Problem, offset: float) -> _Guess:
     if problem.sensor and problem.earth == "heading":
         # A turn about a horizontal axis alone does not give the sensor frame by its rates.
         headings = [_quat.about_axis(2, np.asarray(angle)) for angle in np.arange(8) * (math.pi / 4.0)]
-        starts = [_mean(_quat.multiply(_quat.conjugate(_quat.multiply(one, quat)), ref)) for one in headings]
+        starts = [_quat.mean(_quat.multiply(_quat.conjugate(_quat.multiply(one, quat)), ref)) for one in headings]
     guesses = []
     for sensor in starts:
         for _ in range(20 if problem.sensor else 1):
             turned = _quat.multiply(ref, _quat.conjugate(_quat.multiply(quat, sensor)))
             earth = IDENTITY
             if problem.earth != "none":
-                earth = _mean(turned) if problem.earth == "full" else _mean_heading(turned)
+                earth = _quat.mean(turned) if problem.earth == "full" else _mean_heading(turned)
             if problem.sensor:
-                sensor = _mean(_quat.multiply(_quat.conjugate(_quat.multiply(earth, quat)), ref))
+                sensor = _quat.mean(_quat.multiply(_quat.conjugate(_quat.multiply(earth, quat)), ref))
         guesses.append(_Guess(problem, earth, sensor, offset))
     return min(guesses, key=lambda one: one.cost)
 
@@ -438,27 +438,7 @@ def _sensor_frame(quat: FloatArray, ref: FloatArray, t: FloatArray) -> FloatArra
     there = ~(np.isnan(a).any(axis=1) | np.isnan(b).any(axis=1))
     u, _, vt = np.linalg.svd(a[there].T @ b[there])  # a = R b
     matrix = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return _of_matrix(matrix)
-
-
-def _of_matrix(r: FloatArray) -> FloatArray:
-    """The quaternion of a rotation matrix: the row of 4 q qᵀ with the largest diagonal, over its norm."""
-    trace = float(np.trace(r))
-    products = np.array(
-        [
-            [1.0 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], 1.0 + 2.0 * r[0, 0] - trace, r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-            [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], 1.0 + 2.0 * r[1, 1] - trace, r[1, 2] + r[2, 1]],
-            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1.0 + 2.0 * r[2, 2] - trace],
-        ]
-    )
-    return _normalised(products[int(np.argmax(np.diag(products)))])
-
-
-def _mean(quat: FloatArray) -> FloatArray:
-    """The mean of rotations: the largest eigenvector of Σ q qᵀ (Markley et al., J. Guidance 30(4), 2007)."""
-    mean: FloatArray = np.linalg.eigh(quat.T @ quat)[1][:, -1]
-    return mean if mean[0] >= 0.0 else -mean
+    return _quat.of_matrix(matrix)
 
 
 def _mean_heading(quat: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs import _native, _quat
 from ahrs_rs._typing import FloatArray
+from ahrs_rs._validate import unit_quaternions
 from ahrs_rs.metrics._statistics import checked_mask, rmse
 
 __all__ = [
@@ -27,10 +28,6 @@ __all__ = [
     "static_dynamic",
     "total_error",
 ]
-
-
-#: Largest difference of a quaternion's norm from 1. Four components rounded to 3 decimals stay within it.
-NORM_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -468,18 +465,7 @@ def _inclination(error: FloatArray) -> FloatArray:
 
 def _unit(name: str, value: ArrayLike) -> FloatArray:
     """Unit quaternions (..., 4) as float64; rows with NaN become NaN as a whole."""
-    quat = np.asarray(value, dtype=np.float64)
-    if quat.ndim == 0 or quat.shape[-1] != 4:
-        raise ValueError(f"{name}: expected shape (..., 4), got {quat.shape}")
-    with np.errstate(over="ignore"):  # a huge component gives an infinite norm, which is refused below
-        norm = np.sqrt((quat * quat).sum(axis=-1, keepdims=True))
-    bad = np.argwhere(np.abs(norm[..., 0] - 1.0) > NORM_TOLERANCE)
-    if len(bad):
-        index = tuple(int(i) for i in bad[0])
-        where = f" at index {index[0] if len(index) == 1 else index}" if index else ""
-        raise ValueError(f"{name}: expected unit quaternions, got norm {norm[index][0]:.6g}{where}")
-    unit: FloatArray = quat / norm
-    return unit
+    return unit_quaternions(name, np.asarray(value, dtype=np.float64))
 
 
 def _pair(est: ArrayLike, ref: ArrayLike) -> tuple[FloatArray, FloatArray]:
