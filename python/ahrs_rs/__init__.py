@@ -34,6 +34,7 @@ if _TYPE_CHECKING:
     from ahrs_rs import calibration, earth, papers, plots, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
+    from ahrs_rs._view import View, view
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
@@ -42,8 +43,10 @@ _LATER = ("calibration", "earth", "papers", "plots", "signal", "simulate", "tuni
 _LATER_FUNCTIONS = {
     "Finding": "_check",
     "Report": "_check",
+    "View": "_view",
     "check": "_check",
     "join_reference": "_reference",
+    "view": "_view",
     "write_estimate": "io",
 }
 
@@ -59,6 +62,7 @@ __all__ = [
     "Status",
     "Sweep",
     "SweepInterrupted",
+    "View",
     "calibration",
     "check",
     "earth",
@@ -75,6 +79,7 @@ __all__ = [
     "simulate",
     "sweep",
     "tuning",
+    "view",
     "write_estimate",
 ]
 __all__ += filters.__all__

@@ -29,6 +29,15 @@ def gaps(t: FloatArray) -> NDArray[np.intp]:
     return np.flatnonzero(steps > GAP_STEPS * usual)
 
 
+def gap_spans(t: FloatArray, missing: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
+    """(begin, end) of each gap of the clock, and of each time in which readings (T,) are missing for as long."""
+    found = [(float(t[row]), float(t[row + 1])) for row in gaps(t)]
+    if missing is not None and missing.any():
+        usual = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+        found += [span for span in spans(t, missing) if span[1] - span[0] > GAP_STEPS * usual]
+    return found
+
+
 def broken(t: FloatArray, y: FloatArray, after: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
     """Times (T,) and values (T, ...) with a row of NaN after each of some rows: a line breaks there."""
     if not len(after):

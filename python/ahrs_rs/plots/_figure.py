@@ -12,7 +12,6 @@ import numpy as np
 
 from ahrs_rs import _atomic, _display
 from ahrs_rs._optional import require
-from ahrs_rs._streams import GAP_STEPS
 from ahrs_rs._typing import FloatArray
 
 if TYPE_CHECKING:
@@ -106,11 +105,7 @@ def bands(ax: Axes, spans: Sequence[tuple[float, float]], label: str, colour: st
 
 def gap_bands(ax: Axes, t: FloatArray, missing: NDArray[np.bool_] | None = None) -> None:
     """Where the clock has a gap, or readings (T,) are missing for longer than that would take."""
-    found = [(float(t[row]), float(t[row + 1])) for row in _display.gaps(t)]
-    if missing is not None and missing.any():
-        usual = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
-        found += [span for span in _display.spans(t, missing) if span[1] - span[0] > GAP_STEPS * usual]
-    bands(ax, found, "gap", GAP)
+    bands(ax, _display.gap_spans(t, missing), "gap", GAP)
 
 
 def finish(ax: Axes, label: str, *, legend: bool = True) -> None:
