@@ -8,9 +8,10 @@ methods ``plot`` of recordings, estimates, reports, fits and sweeps are these fu
 
 from ahrs_rs.plots._calibration import allan, ellipsoid, noise, positions, turns
 from ahrs_rs.plots._errors import ERRORS, POINTS, ErrorPanel, draw, errors
-from ahrs_rs.plots._estimate import angles, bias, estimate, innovations, quaternion, status
+from ahrs_rs.plots._estimate import angles, bias, estimate, quaternion, status
 from ahrs_rs.plots._evidence import evidence
 from ahrs_rs.plots._figure import check_ending, require_matplotlib, save
+from ahrs_rs.plots._innovations import innovations
 from ahrs_rs.plots._many import boxes, draw_many, error_times
 from ahrs_rs.plots._recording import recording, sensor, spectrum
 from ahrs_rs.plots._tuning import sweep
