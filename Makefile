@@ -10,7 +10,7 @@ CARGO_FEATURES := std std,glam libm libm,glam
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-rust test-python lint build native stubs accuracy calibration papers browser bench firmware
-.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables check-table map names clean
+.PHONY: aarch64 oracle wheel baseline pair dev attack robustness endurance header format formats damage tables check-table map names picture clean
 
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -98,6 +98,9 @@ stubs: dev ## Write the type stubs of the filter classes from the registry
 accuracy: dev ## Score every filter on real recordings (AHRS_RS_DATA) into docs/accuracy.md, and what `check` may promise
 	$(BIN)/python tools/accuracy.py
 	$(BIN)/python tools/check_expected.py
+
+picture: dev ## Draw the README's picture from real recordings (AHRS_RS_DATA): docs/picture.png
+	$(BIN)/python tools/picture.py
 
 robustness: dev ## Lose, clip and damage measurements (AHRS_RS_DATA), and see how the filters come back: docs/robustness.md
 	$(BIN)/python tools/robustness.py

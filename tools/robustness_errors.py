@@ -89,7 +89,12 @@ class Errors:
             error = np.stack((up[:, 1], -up[:, 0]), axis=1)
         known = np.isfinite(error).all(axis=1)
         nees = np.full(len(error), math.nan)
-        nees[known] = np.sum(error[known] * np.linalg.solve(covariance[known], error[known][..., None])[..., 0], axis=1)
+        # A covariance that is singular claims to know something exactly, which no error is within.
+        claims = known & (np.linalg.matrix_rank(covariance) == covariance.shape[-1])
+        nees[known & ~claims] = math.inf
+        nees[claims] = np.sum(
+            error[claims] * np.linalg.solve(covariance[claims], error[claims][..., None])[..., 0], axis=1
+        )
         sigma = np.degrees(np.sqrt(np.trace(covariance, axis1=1, axis2=2)))
         return cls(angle, inclination, heading, nees, sigma)
 

@@ -36,6 +36,7 @@ if _TYPE_CHECKING:
     from ahrs_rs import attitude, calibration, chain, earth, papers, plots, rotation, signal, simulate, tuning
     from ahrs_rs._check import Finding, Report, check
     from ahrs_rs._reference import join_reference
+    from ahrs_rs._view import View, view
     from ahrs_rs.io import write_estimate
 
 #: Submodules that are imported where they are first used, so that the package itself is there at once.
@@ -44,8 +45,10 @@ _LATER = ("attitude", "calibration", "chain", "earth", "papers", "plots", "rotat
 _LATER_FUNCTIONS = {
     "Finding": "_check",
     "Report": "_check",
+    "View": "_view",
     "check": "_check",
     "join_reference": "_reference",
+    "view": "_view",
     "write_estimate": "io",
 }
 
@@ -63,6 +66,7 @@ __all__ = [
     "Status",
     "Sweep",
     "SweepInterrupted",
+    "View",
     "attitude",
     "calibration",
     "chain",
@@ -83,6 +87,7 @@ __all__ = [
     "simulate",
     "sweep",
     "tuning",
+    "view",
     "write_estimate",
 ]
 __all__ += filters.__all__

@@ -9,14 +9,15 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _native
+from ahrs_rs import _html, _native
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._derived import Derived
 from ahrs_rs._optional import require, version
 from ahrs_rs._state import State
+from ahrs_rs._status import Status
 from ahrs_rs._typing import Floats
 
 if TYPE_CHECKING:
@@ -109,6 +110,30 @@ class Estimate(_Later, Derived, Table):
             parts.append("gyr_bias")
         return f"<Estimate {', '.join([*parts, *self.extra])}>"
 
+    def _repr_html_(self) -> str:
+        several = self.quat.ndim == 3
+        rows: list[tuple[str, object]] = []
+        if several:
+            rows.append(("recordings", len(self.quat)))
+        rows.append(("samples", len(self)))
+        if self.t.size > 1:
+            rows.append(
+                ("time", f"{_html.number(float(self.t.flat[0]))} to {_html.number(float(self.t.flat[-1]), 's')}")
+            )
+        rows.append(("frame", f"{self.frame}, {self.quat.dtype}"))
+        if len(self) and self.quat.size:
+            last = self.quat.reshape(-1, len(self), 4)[0, -1:]
+            names = ("roll", "pitch", "yaw")
+            angles = np.rad2deg(_native.euler_angles(last))[0]
+            shown = ", ".join(f"{name} {angle:.1f}°" for name, angle in zip(names, angles, strict=True))
+            rows.append(("at the end" + (" of the first" if several else ""), shown))
+            counts = {flag.name: int(np.count_nonzero(self.status & flag.value)) for flag in Status}
+            flags = [f"{name} {100.0 * count / self.status.size:.3g} %" for name, count in counts.items() if count]
+            rows.append(("status", ", ".join(flags) or "no flag at any sample"))
+        if self.extra:
+            rows.append(("outputs", ", ".join(self.extra)))
+        return _html.summary("Estimate", rows)
+
     def __reduce__(self) -> tuple[Any, ...]:
         # A read-only mapping cannot be pickled, its contents can.
         return _estimate, (self.quat, self.gyr_bias, self.status, self.t, self.state, dict(self.extra), self.frame)
@@ -167,6 +192,38 @@ class Estimate(_Later, Derived, Table):
             if version("scipy") < (1, 17):
                 raise ImportError("rotation of several recordings needs scipy 1.17 or later: pip install 'scipy>=1.17'")
         return rotation.from_quat(quat)
+
+    def plot(self, *, ref: ArrayLike | None = None, recording: int | None = None, ax: Any = None) -> NDArray[Any]:
+        """Draw the angles, and bias, innovations and status where there is something of them.
+
+        Parameters
+        ----------
+        ref : array_like, optional
+            (T, 4) the truth, drawn dashed.
+        recording : int, optional
+            Which one, of an estimate of several.
+        ax : Axes or sequence of Axes, optional
+            As many as there are panels; by default on a new figure.
+
+        Returns
+        -------
+        ndarray
+            (n,) of axes, from top to bottom.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        ValueError
+            Several recordings and none of them named, or another number of axes.
+
+        See Also
+        --------
+        ahrs_rs.plots : Each of the panels by itself.
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.estimate(self, ref=ref, recording=recording, ax=ax)
 
     def save(
         self,

@@ -7,7 +7,7 @@ from typing import Any, Self, cast
 
 from numpy.typing import ArrayLike
 
-from ahrs_rs import _inputs, _validate
+from ahrs_rs import _html, _inputs, _validate
 from ahrs_rs._engine import SETTINGS, Engine, dtype_name
 from ahrs_rs._estimate import Estimate
 from ahrs_rs._recording import Recording
@@ -157,6 +157,17 @@ class Filter(Engine):
         defaults = {"rate": None, **SETTINGS, "dtype": "float64"}
         shown = [f"{key}={value!r}" for key, value in keywords.items() if value != defaults.get(key, ())]
         return f"{type(self).__name__}({', '.join(shown)})"
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[object, ...]] = [("rate", "not given" if self.rate is None else self.rate, "Hz", "")]
+        for name, value in self.params.items():
+            about = self.PARAMS[name]
+            changed = "" if value == about.default else f"default {about.default}"
+            rows.append((name, value, about.unit or "", changed))
+        defaults = {**SETTINGS, "dtype": "float64"}
+        given = {name: getattr(self, name) for name in SETTINGS} | {"dtype": dtype_name(self.dtype)}
+        rows += [(name, value, "", "") for name, value in given.items() if value != defaults[name]]
+        return _html.table(type(self).__name__, ("parameter", "value", "unit", ""), rows)
 
     @in_lines
     def run(

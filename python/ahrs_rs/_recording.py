@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _axes, _quat
+from ahrs_rs import _axes, _html, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
 from ahrs_rs._typing import FloatArray
@@ -432,6 +432,57 @@ class Recording:
         names = " ".join(name for name in [*_COLUMNS, *self.others] if name != "t" and self._has(name))
         source = f", {Path(str(self.meta['path'])).name!r}" if "path" in self.meta else ""
         return f"Recording({len(self)} samples, {self.duration:.6g} s, {self.rate:.6g} Hz, {names}{source})"
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = []
+        if "path" in self.meta:
+            rows.append(("file", Path(str(self.meta["path"])).name))
+        rows.append(("rows", f"{len(self)}, {_html.number(self.duration, 's')}, {_html.number(self.rate, 'Hz')}"))
+        for name, stream in self.streams.items():
+            what = _SENSORS.get(name, name)
+            if name == "mask":
+                rows.append(("scored", f"{int(np.count_nonzero(stream.values))} rows"))
+                continue
+            count = len(stream)
+            missing = int(np.count_nonzero(stream.missing)) if count else 0
+            text = f"{count - missing} readings" + (f", {missing} rows missing" if missing else "")
+            if self.has_own_clocks and count > 2 and stream.t[-1] > stream.t[0]:
+                text += f", {_html.number(stream.rate, 'Hz')}"
+            rows.append((what, text))
+        for kind in ("assumed", "repairs", "lost", "doubts"):
+            rows += [(kind, text) for text in self.meta.get(kind, ())]
+        return _html.summary("Recording", rows)
+
+    def plot(self, *, marks: bool = True, ax: Any = None) -> NDArray[Any]:
+        """Draw what each sensor measured, one below the other.
+
+        Parameters
+        ----------
+        marks : bool, optional
+            Whether rests (green) and gaps (grey) are shaded, and clipped readings are marked.
+        ax : Axes or sequence of Axes, optional
+            As many as there are sensors; by default on a new figure.
+
+        Returns
+        -------
+        ndarray
+            (n,) of axes, from top to bottom.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        ValueError
+            No sensor that can be drawn, or another number of axes.
+
+        See Also
+        --------
+        ahrs_rs.plots.sensor : One of them.
+        ahrs_rs.plots.spectrum : Its spectrum.
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.recording(self, marks=marks, ax=ax)
 
     def _has(self, name: str) -> bool:
         if name in self.others:

@@ -7,18 +7,21 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ahrs_rs import _own
+from ahrs_rs import _html, _own
 from ahrs_rs._cells import Cells, Metric, checked
 from ahrs_rs._checkpoint import Checkpoint, digest, job
 from ahrs_rs._dataframe import Table, data_frame
 from ahrs_rs._filter import Filter
 from ahrs_rs._progress import progress_count
 from ahrs_rs._recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["Sweep", "SweepInterrupted", "sweep"]
 
@@ -101,6 +104,48 @@ class Sweep(Table):
         columns["recording"] = np.tile(np.arange(recordings), sets)
         columns["error"] = self.errors.reshape(-1)
         return columns
+
+    def plot(self, params: str | Sequence[str] | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw the errors over one parameter (each recording and the mean), or the mean over two of them in colours.
+
+        Parameters
+        ----------
+        params : str or sequence of str, optional
+            One or two; by default the first two that have several values.
+        ax : Axes, optional
+            Where to draw; by default on a new figure.
+
+        Returns
+        -------
+        Axes
+            With lines, or with a map and its colour bar.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        ValueError
+            Parameters that were not swept, or more than two.
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.sweep(self, params, ax=ax)
+
+    def _repr_html_(self) -> str:
+        sets, recordings = self.errors.shape
+        rows: list[tuple[str, object]] = [
+            ("filter", self.filter),
+            ("parameter sets", sets),
+            ("recordings", recordings),
+            ("done", f"{int(self.done.sum())} of {self.done.size}"),
+        ]
+        if not np.isnan(self.mean).all():
+            best = ", ".join(
+                f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+                for name, value in self.best.items()
+            )
+            rows.append(("best", f"{best}: {_html.number(float(np.nanmin(self.mean)))} ({self.metric})"))
+        return _html.summary("Sweep", rows)
 
 
 class SweepInterrupted(KeyboardInterrupt):

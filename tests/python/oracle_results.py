@@ -2,8 +2,8 @@
 
 Every `STEP`th row and the last one are kept, to 6e-14, and a hash of all status bits, in oracle/results/FILE.npz. Of
 which sources each result is (`oracle_sources`) stands in oracle/results/sources.json. A test fails where these have
-changed since; `make oracle` then computes all results in full, compares each row with the filter's, and keeps what is new. A
-twentieth of what is kept is computed again in every run of the tests, another one at each commit.
+changed since; `make oracle` then computes all results in full, compares each row with the filter's, and keeps what is
+new. A twentieth of what is kept is computed again in every run of the tests, another one at each commit.
 """
 
 from __future__ import annotations

@@ -28,11 +28,29 @@ def test_plot_is_drawn_in_the_format_of_its_ending(
     assert plot.read_bytes().startswith(start)
 
 
-def test_plot_of_many_files_shows_the_first_ones_and_says_so(tmp_path: Path, capsys: Capture) -> None:
+def test_plot_of_many_files_has_a_line_and_a_value_of_each(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("matplotlib")
-    files = [saved(tmp_path / f"{seed}.npz", seed) for seed in range(4)]
-    shown = output_of(capsys, "compare", *files, "--filters", "tilt", "--plot", tmp_path / "e.png")
-    assert "e.png (the first 3 of 4 files)" in shown
+    files = [saved(tmp_path / f"{seed}.npz", seed) for seed in range(5)]
+    drawn = []
+    monkeypatch.setattr(plots, "save", lambda figure, path: (drawn.append(figure), path.write_bytes(b"")))
+    output_of(capsys, "compare", *files, "--filters", "tilt,vqf", "--plot", tmp_path / "e.png")
+    ((total, boxes), *_) = np.reshape(drawn[0].axes, (3, 2))
+    assert len(total.get_lines()) == 2 * (5 + 1)
+    assert [text.get_text() for text in total.get_legend().get_texts()] == ["VQF", "Tilt"]
+    assert [label.get_text() for label in drawn[0].axes[5].get_xticklabels()] == ["VQF", "Tilt"]
+    assert boxes.get_ylabel() == "total RMSE [°]"
+
+
+def test_a_finished_panel_holds_no_reference() -> None:
+    recording = simulated()
+    panel = plots.ErrorPanel(recording, "")
+    panel.finish()
+    with pytest.raises(ValueError, match="as the panel is finished"):
+        panel.add("a", recording.ref)
+    panel.add("a", recording.ref, recording.ref)
+    assert list(panel.curves) == ["a"]
 
 
 def test_figure_has_an_axis_for_every_error_and_a_curve_for_every_estimate() -> None:

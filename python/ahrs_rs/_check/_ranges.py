@@ -9,16 +9,13 @@ from numpy.typing import NDArray
 
 from ahrs_rs._check._case import BLOCK, Case
 from ahrs_rs._check._findings import Finding
+from ahrs_rs._clipping import ends, extremes, heap, is_new
 
 FloatArray = NDArray[np.float64]
 
 AXES = "xyz"
 NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 UNITS = {"gyr": "rad/s", "acc": "m/s²", "mag": "µT"}
-#: A clipped end: so many readings at it, so many of them in a row, and this part of all in the last tenth before it.
-ENDS, IN_A_ROW, HEAPED = 5, 3, 0.3
-#: And it is so many counts away, so that a sensor at rest with few counts is none that clips.
-FAR = 20.0
 #: A flat end: readings within this part of it, so many of them, and so many in a row.
 FLAT, FLAT_ROWS = 0.007, (30, 8)
 #: A wrap is a jump by more than this part of twice the range between readings that change by less than the other part.
@@ -39,7 +36,7 @@ def check_ranges(case: Case) -> Iterator[Finding]:
         assert rows is not None
         if len(rows) < 50:
             continue
-        low, high = _extremes(rows)
+        low, high = extremes(rows)
         factor = case.factors[sensor]
         yield from _dead(sensor, rows, low, high)
         yield from _clipped(case, sensor, rows, low, high, factor)
@@ -47,21 +44,6 @@ def check_ranges(case: Case) -> Iterator[Finding]:
             yield from _wrapped(sensor, rows, low, high, factor)
         yield from _stuck(case, sensor, rows, low, high)
         yield from _counts(sensor, rows, factor)
-
-
-def _blocks(rows: FloatArray) -> Iterator[tuple[int, FloatArray]]:
-    for i in range(0, len(rows), BLOCK):
-        yield i, rows[i : i + BLOCK]
-
-
-def _extremes(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest value of each axis."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for _, block in _blocks(rows):
-        known = np.isfinite(block)
-        low = np.minimum(low, np.where(known, block, np.inf).min(axis=0))
-        high = np.maximum(high, np.where(known, block, -np.inf).max(axis=0))
-    return low, high
 
 
 def _dead(sensor: str, rows: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Finding]:
@@ -91,25 +73,17 @@ def _clipped(
     factor: float,
 ) -> Iterator[Finding]:
     """An end at which readings heap up."""
-    found: list[tuple[str, float, int]] = []
-    new = _new(rows)
-    for axis in range(3):
-        count = _count(rows[:SOME, axis])
-        for end, sign in ((high[axis], 1.0), (low[axis], -1.0)):
-            if not np.isfinite(end) or not sign * end > FAR * count or low[axis] == high[axis]:
-                continue
-            at, near, longest = _heap(rows[:, axis], new, float(end), sign)
-            if (at >= ENDS and longest >= IN_A_ROW and at > HEAPED * (near + at)) or (
-                at >= 2 * ENDS and longest >= 2 and at > 3.0 * near
-            ):
-                found.append((("" if sign > 0 else "-") + AXES[axis], float(end), at))
+    new = is_new(rows)
+    found = [
+        (("" if one.sign > 0 else "-") + AXES[one.axis], one.value, one.readings) for one in ends(rows, new, low, high)
+    ]
     if not found:
         yield from _flat(sensor, rows, new, low, high, factor)
         return
     level = float(np.median([abs(one[1]) for one in found])) * abs(factor)
     count = sum(one[2] for one in found)
     shown = f"{np.degrees(level):.4g} °/s" if sensor == "gyr" else f"{level:.4g} {UNITS[sensor]}"
-    ends = ", ".join(one[0] for one in found)
+    named = ", ".join(one[0] for one in found)
     case.known[f"{sensor}.clipped"] = level
     remedy = {
         "gyr": f"a larger range of the sensor; the filters' gyr_range={level:.4g} makes them distrust the ends",
@@ -119,7 +93,7 @@ def _clipped(
     yield Finding(
         f"{sensor}.clipped",
         "warning",
-        f"{count} readings of the {NAMES[sensor]} are at the end of its range, {shown} ({ends})",
+        f"{count} readings of the {NAMES[sensor]} are at the end of its range, {shown} ({named})",
         level,
         UNITS[sensor],
         0.95,
@@ -134,12 +108,11 @@ def _flat(
 ) -> Iterator[Finding]:
     """Ends that are flat, with noise on them: a range in units of a calibration that changes, or a steady turn."""
     for axis in range(3):
-        ends = (high[axis], low[axis])
-        if not ends[0] > 0.0 > ends[1] or abs(ends[0] + ends[1]) > 0.03 * ends[0]:
+        if not high[axis] > 0.0 > low[axis] or abs(high[axis] + low[axis]) > 0.03 * high[axis]:
             continue
-        found = [_heap(rows[:, axis], new, float(end), np.sign(end), FLAT) for end in ends]
+        found = [heap(rows[:, axis], new, float(end), np.sign(end), FLAT) for end in (high[axis], low[axis])]
         if all(at >= FLAT_ROWS[0] and longest >= FLAT_ROWS[1] and at > near for at, near, longest in found):
-            level = float(min(abs(one) for one in ends)) * abs(factor)
+            level = float(min(high[axis], -low[axis])) * abs(factor)
             yield Finding(
                 f"{sensor}.flat",
                 "note",
@@ -152,43 +125,6 @@ def _flat(
                 {"axis": AXES[axis]},
             )
             return
-
-
-def _new(rows: FloatArray) -> NDArray[np.bool_]:
-    """(n,) the rows that are not the row before once more: a sensor slower than the rows is held, not clipped."""
-    new = np.ones(len(rows), dtype=np.bool_)
-    for i in range(0, len(rows) - 1, BLOCK):
-        end = min(i + BLOCK, len(rows) - 1)
-        new[i + 1 : end + 1] = (rows[i + 1 : end + 1] != rows[i:end]).any(axis=1)
-    return new
-
-
-def _count(values: FloatArray) -> float:
-    """The smallest difference between values that come more than once; 0 where they do not."""
-    unique = np.unique(values[np.isfinite(values)])
-    return float(np.diff(unique).min()) if 1 < unique.size < 0.5 * len(values) else 0.0
-
-
-def _heap(
-    values: FloatArray, new: NDArray[np.bool_], end: float, sign: float, width: float = 1e-6
-) -> tuple[int, int, int]:
-    """How many readings are at the end, how many in the tenth before it, and the longest row of those at it."""
-    tolerance = width * abs(end)
-    at = near = longest = carried = 0
-    for i in range(0, len(values), BLOCK):
-        block = values[i : i + BLOCK][new[i : i + BLOCK]]
-        hit = np.abs(block - end) <= tolerance
-        number = int(np.count_nonzero(hit))
-        near += int(np.count_nonzero(sign * block > 0.9 * sign * end)) - number
-        if not number:
-            carried = 0
-            continue
-        at += number
-        breaks = np.flatnonzero(~hit)
-        edges = np.concatenate([[-1 - carried], breaks, [len(block)]])
-        longest = max(longest, int(np.max(np.diff(edges))) - 1)
-        carried = int(len(block) - 1 - breaks[-1]) if breaks.size else carried + len(block)
-    return at, near, longest
 
 
 def _wrapped(sensor: str, rows: FloatArray, low: FloatArray, high: FloatArray, factor: float) -> Iterator[Finding]:

@@ -7,6 +7,10 @@ import textwrap
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ahrs_rs import _html
 from ahrs_rs._check._findings import SEVERITIES, Finding
 from ahrs_rs._recording import Recording
 
@@ -149,6 +153,38 @@ class Report:
         from ahrs_rs._check._recommend import recommend
 
         return recommend(self, online=online)
+
+    def plot(self, *, ax: Any = None) -> NDArray[Any]:
+        """Draw the evidence: norms over time, what turns with what, the field about its sphere, the spectrum.
+
+        Parameters
+        ----------
+        ax : Axes or sequence of Axes, optional
+            One for each panel; the field takes one with a 3D projection. By default on a new figure.
+
+        Returns
+        -------
+        ndarray
+            (n,) of axes; none where the recording has nothing to draw.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        """
+        from ahrs_rs import plots  # for drawing only
+        from ahrs_rs._check._figures import figures
+
+        plots.require_matplotlib()
+        found = figures(self)
+        return plots.evidence(found, ax=ax) if found else np.empty(0, dtype=object)
+
+    def _repr_html_(self) -> str:
+        shown = [one for one in self.findings if one.severity != "ok"]
+        right = len(self.findings) - len(shown)
+        rows = [(one.severity, one.code, one.message, f"{100.0 * one.confidence:.0f} %") for one in shown]
+        note = f"{right} more are ok." if right else ""
+        return _html.table(f"Check: {self.severity}", ("severity", "code", "finding", "sure"), rows, note)
 
     def to_html(self) -> str:
         """A page with the findings and plots of the evidence, all in one text.

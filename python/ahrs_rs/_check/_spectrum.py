@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ahrs_rs._check._case import Case
 from ahrs_rs._check._findings import Finding
+from ahrs_rs._welch import density
 
 FloatArray = NDArray[np.float64]
 
-LENGTH, SEGMENTS = 256, 64
 #: RMS in the last fifth before the Nyquist rate that matters, rad/s and m/s².
 NEAR = {"gyr": 0.15, "acc": 2.5}
 #: RMS above 20 Hz that matters.
@@ -24,25 +24,10 @@ UNITS = {"gyr": "rad/s", "acc": "m/s²"}
 def spectrum(case: Case, sensor: str) -> tuple[FloatArray, FloatArray] | None:
     """Frequencies, Hz, and power density summed over the axes (one-sided), by Welch's method; None without data."""
     rows = case.rows(sensor)
-    if rows is None or len(rows) < 2 * LENGTH:
+    if rows is None:
         return None
-    starts = np.linspace(0, len(rows) - LENGTH, SEGMENTS).astype(np.intp)
-    window = np.hanning(LENGTH)
-    power = np.zeros(LENGTH // 2 + 1)
-    used = 0
-    for start in starts:
-        part = rows[start : start + LENGTH]
-        if not np.isfinite(part).all():
-            continue
-        centred = (part - part.mean(axis=0)) * window[:, np.newaxis]
-        power += (np.abs(np.fft.rfft(centred, axis=0)) ** 2).sum(axis=1)
-        used += 1
-    if used < 4:
-        return None
-    scale = 2.0 / (case.rate * float(np.sum(window**2)) * used)
-    return np.asarray(np.fft.rfftfreq(LENGTH, 1.0 / case.rate), dtype=np.float64), power * scale * case.factors[
-        sensor
-    ] ** 2
+    found = density(rows, case.rate)
+    return None if found is None else (found[0], found[1] * case.factors[sensor] ** 2)
 
 
 def check_spectrum(case: Case) -> Iterator[Finding]:

@@ -35,13 +35,18 @@ import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ahrs_rs import _html
 from ahrs_rs._optional import require
 from ahrs_rs._typing import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 __all__ = ["Allan", "Coefficient", "allan", "allan_deviation"]
 
@@ -157,6 +162,40 @@ class Allan:
     rate_random_walk: Coefficient
     fitted_from: float
     misfit: float
+
+    def plot(self, *, model: bool = True, ax: Axes | None = None) -> Axes:
+        """Draw the deviation over the cluster time, with its confidence and the model.
+
+        Parameters
+        ----------
+        model : bool, optional
+            Whether the model is drawn.
+        ax : Axes, optional
+            Where to draw; by default on a new figure.
+
+        Returns
+        -------
+        Axes
+            Logarithmic ones.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.allan(self, model=model, ax=ax)
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = [
+            (
+                name.replace("_", " "),
+                f"{one.value:.4g} {one.unit} ({one.low:.3g} to {one.high:.3g})" if one.known else one.reason,
+            )
+            for name, one in self.coefficients.items()
+        ]
+        return _html.summary(f"Allan deviation, {100.0 * self.confidence:g} % intervals", rows)
 
     @property
     def minimum(self) -> tuple[float, float]:

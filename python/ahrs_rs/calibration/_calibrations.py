@@ -55,6 +55,10 @@ class Calibrations:
         """The sensors that are calibrated, with their calibrations."""
         return ((sensor, getattr(self, sensor)) for sensor in UNITS if getattr(self, sensor) is not None)
 
+    def _repr_html_(self) -> str:
+        parts = [f"<p><b>{sensor}</b></p>\n{calibration._repr_html_()}" for sensor, calibration in self]
+        return "\n".join(parts) or "<p>No sensor is calibrated.</p>"
+
     def apply(self, recording: Recording) -> Recording:
         """The recording with calibrated readings; a sensor that it lacks is passed over.
 

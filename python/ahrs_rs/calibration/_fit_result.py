@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from ahrs_rs import _html
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration._common import CalibrationError
 from ahrs_rs.calibration._model import Calibration
@@ -134,6 +137,45 @@ class EllipsoidFit:
                 "sensor that turns in this plane needs none"
             )
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, f"{value:.5g} ± {std:.2g}")
+            for name, value, std in zip(self.names, self.values, self.std, strict=True)
+        ]
+        rows.append(("norm", f"{self.norm:.5g}" + (f" ± {self.norm_std:.2g}" if self.norm_std else " (given)")))
+        rows.append(
+            ("deviation of the norm", f"{self.deviation_before:.3g} % before, {self.deviation_after:.3g} % after")
+        )
+        rows.append(("coverage", f"{self.coverage:.0%} of the directions"))
+        rows.append(("readings", f"{self.samples} used, {self.outliers} outliers"))
+        return _html.summary("Fit of an ellipsoid", rows)
+
+    def plot(self, readings: ArrayLike, *, ax: Any = None) -> NDArray[Any]:
+        """Draw readings in three planes and their norms, before and after.
+
+        Parameters
+        ----------
+        readings : array_like
+            (T, 3) that it was fitted to, or others.
+        ax : sequence of Axes, optional
+            Eight of them, (2, 4); by default on a new figure.
+
+        Returns
+        -------
+        ndarray
+            (2, 4) of axes.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        ValueError
+            A wrong shape, or another number of axes.
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.ellipsoid(self, readings, ax=ax)
 
 
 def deviation(norms: FloatArray) -> float:

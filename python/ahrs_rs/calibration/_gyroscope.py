@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ahrs_rs import _quat
+from ahrs_rs import _html, _quat
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
 from ahrs_rs.calibration._model import Calibration
 from ahrs_rs.calibration._turns import WORST_CONDITION, Turn, doubt, fit_gain, steps
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 __all__ = ["GyroscopeFit", "gyroscope", "gyroscope_from_reference"]
 
@@ -59,6 +64,36 @@ class GyroscopeFit:
     gain_std: FloatArray
     bias_std: FloatArray
     residual: FloatArray
+
+    def _repr_html_(self) -> str:
+        gain, std = np.diag(self.gain), np.diag(self.gain_std)
+        rows = [
+            (axis, f"gain {gain[k]:.6g} ± {std[k]:.2g}, bias {self.bias[k]:.5g} ± {self.bias_std[k]:.2g} rad/s")
+            for k, axis in enumerate("xyz")
+        ]
+        return _html.summary("Fit of a gyroscope", rows)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw what the calibrated turns lack, in degrees, for each turn and axis.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default on a new figure.
+
+        Returns
+        -------
+        Axes
+            With three bars for each turn.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.turns(self, ax=ax)
 
 
 def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool = False) -> GyroscopeFit:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _native
+from ahrs_rs import _html, _native
 from ahrs_rs._stored import shown
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _cal_json, _firmware
@@ -84,6 +84,12 @@ class Calibration:
             S = 1, b = 0.
         """
         return cls(np.eye(3), np.zeros(3))
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = [("S", "  ".join(f"{one:.5g}" for one in row)) for row in self.matrix]
+        rows.append(("b", "  ".join(f"{one:.5g}" for one in self.offset)))
+        rows += [(str(name), value) for name, value in self.info.items() if isinstance(value, (str, int, float))]
+        return _html.summary("Calibration, y = S (x − b)", rows)
 
     def apply(self, x: ArrayLike) -> NDArray[np.floating[Any]]:
         """The calibrated readings (..., 3), float32 for float32 with the bits that firmware gets.
@@ -265,6 +271,14 @@ class TemperatureCalibration:
 
     def __hash__(self) -> int:
         return hash(self.numbers.tobytes())
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = [
+            (name.replace("_", " "), "  ".join(f"{one:.5g}" for one in getattr(self, name))) for name in LINES
+        ]
+        if self.range is not None:
+            rows.append(("range", f"{self.range[0]:.4g} to {self.range[1]:.4g} °C"))
+        return _html.summary("Calibration over the temperature", rows)
 
     @property
     def numbers(self) -> FloatArray:

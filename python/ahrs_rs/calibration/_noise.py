@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._recording import Recording
@@ -192,22 +193,32 @@ class Noise:
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(4.6 * len(self.sensors) + 0.4, 4.4), layout="constrained")
-        panels = figure.subplots(1, len(self.sensors), squeeze=False)[0]
-        for panel, (name, sensor) in zip(panels, self.sensors.items(), strict=True):
-            for index, (axis, one) in enumerate(zip(AXES, sensor.axes, strict=True)):
-                colour = f"C{index}"
-                panel.fill_between(one.tau, one.low, one.high, color=colour, alpha=0.2, linewidth=0)
-                panel.plot(one.tau, one.deviation, color=colour, label=axis)
-                fitted = one.tau >= one.fitted_from
-                panel.plot(one.tau[fitted], one.model(one.tau[fitted]), color=colour, linestyle="--", linewidth=0.8)
-            panel.set_xscale("log")
-            panel.set_yscale("log")
-            panel.set_title(name, fontsize="medium")
-            panel.set_xlabel("cluster time [s]")
-            panel.set_ylabel(f"Allan deviation [{sensor.unit}]")
-            panel.grid(True, which="major", color="0.8", linewidth=0.6)
-            panel.legend(frameon=False)
+        plots.noise(self, ax=figure.subplots(1, len(self.sensors), squeeze=False)[0])
         return figure
+
+    def plot(self, *, ax: Any = None) -> NDArray[Any]:
+        """Draw the Allan deviations of all sensors, side by side.
+
+        Parameters
+        ----------
+        ax : Axes or sequence of Axes, optional
+            As many as there are sensors; by default on a new figure.
+
+        Returns
+        -------
+        ndarray
+            (n,) of axes.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        ValueError
+            Another number of axes.
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.noise(self, ax=ax)
 
 
 def noise(recording: Recording, rest: Rest | None = None, *, confidence: float = 0.95) -> Noise:

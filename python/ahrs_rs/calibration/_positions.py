@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ahrs_rs import _html
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _windows
 from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
 from ahrs_rs.calibration._model import Calibration
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 __all__ = ["PositionsFit", "held_attitudes", "six_positions"]
 
@@ -59,6 +65,39 @@ class PositionsFit:
     covariance: FloatArray | None
     residual: FloatArray
     iterations: int
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (f"{axis}", f"gain {gain:.6g}, bias {bias:.5g} m/s²")
+            for axis, gain, bias in zip("xyz", self.gain, self.bias, strict=True)
+        ]
+        return _html.summary("Fit of held positions", rows)
+
+    def plot(self, readings: Sequence[ArrayLike], *, gravity: float = GRAVITY, ax: Axes | None = None) -> Axes:
+        """Draw the norm of each position, before and after, beside gravity.
+
+        Parameters
+        ----------
+        readings : sequence of array_like
+            The positions that it was fitted to: for each (n, 3) or (3,), m/s².
+        gravity : float, optional
+            Of the place, m/s².
+        ax : Axes, optional
+            Where to draw; by default on a new figure.
+
+        Returns
+        -------
+        Axes
+            With two points for each position.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed (``pip install ahrs-rs[plot]``).
+        """
+        from ahrs_rs import plots  # for drawing only
+
+        return plots.positions(self, readings, gravity=gravity, ax=ax)
 
 
 def six_positions(positions: Sequence[ArrayLike], *, gravity: float = GRAVITY) -> PositionsFit:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ahrs_rs._recording import Recording
+from ahrs_rs._stillness import ACC_DEVIATION, GYR_DEVIATION, GYR_MEAN, SHORTEST, WINDOW, find
 from ahrs_rs._typing import FloatArray
 
 __all__ = ["GyroscopeBias", "Rest", "find_rest", "gyroscope_bias"]
@@ -94,11 +94,11 @@ class GyroscopeBias:
 def find_rest(
     recording: Recording,
     *,
-    window: float = 1.0,
-    gyr_deviation: float = 0.01,
-    acc_deviation: float = 0.1,
-    gyr_mean: float = 0.1,
-    shortest: float = 2.0,
+    window: float = WINDOW,
+    gyr_deviation: float = GYR_DEVIATION,
+    acc_deviation: float = ACC_DEVIATION,
+    gyr_mean: float = GYR_MEAN,
+    shortest: float = SHORTEST,
 ) -> Rest:
     """Find the phases in which the sensor rests.
 
@@ -148,22 +148,18 @@ def find_rest(
     if len(recording) < 2 * half + 1:
         have = f"{len(recording)} samples at {recording.rate:g} Hz"
         raise ValueError(f"recording: expected more than a window of {window:g} s, got {have}")
-    mean, deviation = _moving(recording.require("gyr"), half)
-    mask = (deviation <= gyr_deviation) & (np.sqrt(np.sum(mean**2, axis=1)) <= gyr_mean)
-    came = f"the smallest deviations are {_smallest(deviation):.2g} rad/s"
-    if recording.acc is not None:
-        acc = _moving(recording.acc, half)[1]
-        mask &= acc <= acc_deviation
-        came += f" and {_smallest(acc):.2g} m/s²"
-    phases = tuple(
-        one for one in _runs(mask) if recording.t[one.stop - 1] - recording.t[one.start] >= shortest * (1.0 - 1e-9)
+    phases, gyr, acc = find(
+        recording.t, recording.require("gyr"), recording.acc, half, gyr_deviation, acc_deviation, gyr_mean, shortest
     )
     if not phases:
+        came = f"the smallest deviations are {_smallest(gyr):.2g} rad/s"
+        if acc is not None:
+            came += f" and {_smallest(acc):.2g} m/s²"
         limits = f"{gyr_deviation:g} rad/s and {acc_deviation:g} m/s²"
         raise ValueError(
             f"recording: expected a rest of {shortest:g} s or more with deviations below {limits}, but {came}"
         )
-    found = np.zeros(len(mask), dtype=np.bool_)
+    found = np.zeros(len(recording), dtype=np.bool_)
     for one in phases:
         found[one] = True
     return Rest(found, phases, recording.t)
@@ -212,36 +208,5 @@ def gyroscope_bias(recording: Recording, rest: Rest | None = None) -> GyroscopeB
     return GyroscopeBias(value, np.sqrt(np.maximum(white, drifting)), len(samples))
 
 
-def _moving(values: ArrayLike, half: int) -> tuple[FloatArray, FloatArray]:
-    """Mean (T, 3) and standard deviation (T,) over the samples within `half` of each; NaN where too few are there."""
-    array = np.asarray(values, dtype=np.float64)
-    measured: NDArray[np.bool_] = np.logical_not(np.isnan(array).any(axis=1))
-    if not measured.any():
-        return np.full_like(array, np.nan), np.full(len(array), np.nan)
-    # Near zero, so that sums of squares do not cancel.
-    centre = np.median(array[measured], axis=0)
-    array = np.where(measured[:, np.newaxis], array - centre, 0.0)
-    first = np.maximum(np.arange(len(array)) - half, 0)
-    last = np.minimum(np.arange(len(array)) + half + 1, len(array))
-
-    def windowed(terms: FloatArray) -> FloatArray:
-        sums = np.concatenate((np.zeros((1, terms.shape[1])), np.cumsum(terms, axis=0)))
-        total: FloatArray = sums[last] - sums[first]
-        return total
-
-    count = windowed(measured[:, np.newaxis].astype(np.float64))
-    enough = count[:, 0] >= np.maximum(0.5 * (last - first), 2.0)
-    count = np.where(enough[:, np.newaxis], count, np.nan)
-    mean = windowed(array) / count
-    variance = windowed(array**2) / count - mean**2
-    return mean + centre, np.sqrt(np.maximum(variance, 0.0).sum(axis=1))
-
-
 def _smallest(deviation: FloatArray) -> float:
     return float(np.nanmin(deviation)) if not np.isnan(deviation).all() else math.nan
-
-
-def _runs(mask: NDArray[np.bool_]) -> Iterator[slice]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
-    for start, stop in edges.reshape(-1, 2).tolist():
-        yield slice(start, stop)

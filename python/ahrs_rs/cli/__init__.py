@@ -25,6 +25,7 @@ COMMANDS = (
     "run",
     "check",
     "compare",
+    "view",
     "tune",
     "filters",
     "sensors",

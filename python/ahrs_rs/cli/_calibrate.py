@@ -37,9 +37,6 @@ cal.json holds one or several sensors: calibrating another one adds it. `ahrs-rs
   ahrs-rs calibrate export cal.json --rust calibration.rs --c-header calibration.h
 """
 
-#: Samples of a plot.
-POINTS = 5000
-
 
 def add_parser(commands: Commands) -> None:
     """The parsers of this command and of what it calibrates."""
@@ -299,27 +296,8 @@ def figure(readings: FloatArray, found: calibration.EllipsoidFit, sensor: str) -
     """The readings in the three planes before and after, over the sphere, and their norms."""
     plots.require_matplotlib()
     from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
 
-    raw = readings[~np.isnan(readings).any(axis=1)]
-    raw = raw[:: max(len(raw) // POINTS, 1)]
-    after = found.calibration.apply(raw)
     drawn = Figure(figsize=(12, 7), layout="constrained")
-    grid = drawn.subplots(2, 4)
-    rows = (("before", raw, found.deviation_before), ("after", after, found.deviation_after))
-    for row, (label, points, deviation) in enumerate(rows):
-        for column, (i, j) in enumerate(((0, 1), (0, 2), (1, 2))):
-            axes = grid[row, column]
-            axes.plot(points[:, i], points[:, j], ".", markersize=2, color=f"C{row}")
-            axes.add_patch(Circle((0, 0), found.norm, fill=False, color="0.4"))
-            axes.set_aspect("equal", "datalim")
-            axes.set_xlabel(f"{'xyz'[i]} {label}")
-            axes.set_ylabel("xyz"[j])
-            axes.grid(True, color="0.9")
-        axes = grid[row, 3]
-        axes.plot(np.linalg.norm(points, axis=1), ".", markersize=2, color=f"C{row}")
-        axes.axhline(found.norm, color="0.4")
-        axes.set_title(f"norm {label}: ± {deviation:.2g} %", fontsize="medium")
-        axes.set_xlabel("reading")
+    plots.ellipsoid(found, readings, ax=drawn.subplots(2, 4))
     drawn.suptitle(f"{sensor}: {found.calibration.info['method']}")
     return drawn

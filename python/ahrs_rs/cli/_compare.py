@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: A filter's time on a recording is the shortest of so many runs.
 REPEATS = 3
-#: So many recordings at most are drawn side by side.
+#: So many recordings at most are drawn side by side; more of them are drawn as lines with their mean.
 PANELS = 3
 
 EPILOG = """\
@@ -104,18 +104,14 @@ def compare(args: argparse.Namespace) -> int:
         outputs[args.plot] = lambda path: plots.save(comparison.figure(), path)
     _common.write_all(outputs)
     print(table(rows, count, aligned=bool(comparison.aligner)))
-    _print_end(args, comparison, count)
+    _print_end(args, comparison)
     return 0
 
 
-def _print_end(args: argparse.Namespace, comparison: Comparison, count: int) -> None:
+def _print_end(args: argparse.Namespace, comparison: Comparison) -> None:
     lines = [f"note: {note}" for note in comparison.note_lines()]
     lines += [f"wrote {printable(args.csv)}"] if args.csv is not None else []
-    if args.plot is not None:
-        drawn = len(comparison.panels)
-        lines.append(
-            f"wrote {printable(args.plot)}" + (f" (the first {drawn} of {count} files)" if drawn < count else "")
-        )
+    lines += [f"wrote {printable(args.plot)}"] if args.plot is not None else []
     if lines:
         print("\n" + "\n".join(lines))
 
@@ -225,11 +221,13 @@ class Comparison:
             for note in _common.notes(recording, self.settings, self.aligner):
                 self.notes.setdefault(note, []).append(name)
             panel = None
-            if self.plot and len(self.panels) < PANELS:
+            if self.plot:
                 panel = plots.ErrorPanel(recording, name)
                 self.panels.append(panel)
             for choice in self.choices:
                 yield _Job(name, recording, panel, choice)
+            if panel is not None:
+                panel.finish()
 
     def note_lines(self) -> list[str]:
         """What must be known to judge the results, with the names of the files that it is about."""
@@ -289,8 +287,18 @@ class Comparison:
         return {choice.cls.NAME: choice for choice in self.choices}[name]
 
     def figure(self) -> Figure:
-        """The errors over time of the first recordings, filters in the order of the table."""
-        return plots.draw(self.panels, [f"{row.filter} {row.parameters}".rstrip() for row in self.means()])
+        """The errors over time, filters in the order of the table: each recording by itself, or many in one figure."""
+        labels = [f"{row.filter} {row.parameters}".rstrip() for row in self.means()]
+        if len(self.panels) <= PANELS:
+            return plots.draw(self.panels, labels)
+        scores = {
+            label: {
+                name: [getattr(one, f"{name}_deg") for one in self.results if one.filter == row.filter]
+                for name in plots.ERRORS
+            }
+            for label, row in zip(labels, self.means(), strict=True)
+        }
+        return plots.draw_many(self.panels, labels, scores)
 
 
 def table(rows: Sequence[Result], files: int, *, aligned: bool = False) -> str:

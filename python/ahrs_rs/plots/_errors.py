@@ -1,32 +1,27 @@
 """Figures of orientation errors over time.
 
-Needs matplotlib (the extra ``plot``), which is imported only when something is drawn. No window is opened and
-no backend is chosen: the functions return a ``matplotlib.figure.Figure``, which `save` writes anywhere.
+No window is opened and no backend is chosen: the functions return a ``matplotlib.figure.Figure``, which `save` writes
+anywhere.
 """
 
 from __future__ import annotations
 
-import os
-import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _atomic, metrics
-from ahrs_rs._optional import require
+from ahrs_rs import metrics
 from ahrs_rs._printable import in_figure
-from ahrs_rs._recording import Recording
 from ahrs_rs._typing import FloatArray
+from ahrs_rs.plots._figure import require_matplotlib
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ErrorPanel", "check_ending", "draw", "errors", "require_matplotlib", "save"]
-
+    from ahrs_rs._recording import Recording
 
 #: The rows of the figure: name -> the error in degrees.
 ERRORS = {
@@ -43,17 +38,6 @@ FLOOR = 0.01
 
 COLOURS = 10
 STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)))
-
-
-def require_matplotlib() -> None:
-    """Raise an ImportError that says what to install, where matplotlib is missing.
-
-    Examples
-    --------
-    >>> import ahrs_rs as ar
-    >>> ar.plots.require_matplotlib()
-    """
-    require("matplotlib", "plot", "plots need")
 
 
 class ErrorPanel:
@@ -89,7 +73,7 @@ class ErrorPanel:
         self.title = title
         self.samples = len(recording)
         self.curves: dict[str, dict[str, FloatArray]] = {}
-        self._ref = recording.ref
+        self._ref: FloatArray | None = recording.ref
         count = len(recording)
         edges = np.linspace(0, count, min(count, POINTS) + 1).astype(np.intp)
         self._starts = edges[:-1]
@@ -118,7 +102,13 @@ class ErrorPanel:
             (T, 4) another reference; by default that of the recording.
         """
         truth = self._ref if ref is None else ref
+        if truth is None:
+            raise ValueError("ref: expected a reference, as the panel is finished, got None")
         self.curves[label] = {name: self._thinned(error(quat, truth, degrees=True)) for name, error in ERRORS.items()}
+
+    def finish(self) -> None:
+        """Let the reference go: no more estimates come, and hundreds of panels are to take no memory."""
+        self._ref = None
 
     def _thinned(self, error: FloatArray) -> FloatArray:
         known = ~np.isnan(error)
@@ -257,52 +247,3 @@ def _scale(axes: Axes, panels: Sequence[ErrorPanel], labels: Sequence[str]) -> N
     axes.set_yscale("log")
     axes.set_ylim(0.7 * low, min(1.5 * high, 200.0))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-
-
-def check_ending(path: str | os.PathLike[str]) -> None:
-    """Raise a ValueError where matplotlib has no format for the ending of the name.
-
-    Parameters
-    ----------
-    path : str or path-like
-        Of a picture.
-
-    Examples
-    --------
-    >>> import ahrs_rs as ar
-    >>> ar.plots.check_ending("errors.png")
-    """
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    ending = Path(path).suffix.lower().removeprefix(".")
-    known = sorted(FigureCanvasBase.get_supported_filetypes())
-    if ending not in known:
-        raise ValueError(f"path: expected a name that ends in {', '.join(known)}, got {Path(path).name!r}")
-
-
-def save(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write the figure in the format that the ending of the name tells; ValueError for another ending.
-
-    Parameters
-    ----------
-    figure : Figure
-        From `draw` or `errors`.
-    path : str or path-like
-        The ending tells the format.
-
-    Examples
-    --------
-    >>> import ahrs_rs as ar
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> rec = ar.simulate.demo(duration=5.0)
-    >>> with TemporaryDirectory() as folder:
-    ...     ar.plots.save(ar.plots.errors(rec, {"truth": rec.ref}), Path(folder, "errors.png"))
-    ...     Path(folder, "errors.png").exists()
-    True
-    """
-    check_ending(path)
-    with _atomic.replacing(path) as beside, warnings.catch_warnings():
-        # A letter of a name that the font lacks is drawn as a box.
-        warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
-        figure.savefig(beside, dpi=130)
