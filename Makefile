@@ -15,9 +15,14 @@ CARGO_FEATURES := std std,glam libm libm,glam
 help: ## Show what there is
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
+# The demo compiles the vector instructions of this processor alone; whatever is built after it has all of them.
+REGISTERS := $(if $(shell grep -m1 -wo avx512dq /proc/cpuinfo 2> /dev/null),avx512,avx2)
+# Features of the native library, as options of cargo; none: all that are in a wheel.
+FEATURES ?=
+
 demo: ## Simulate a recording, run every filter on it, print the errors, draw them into demo/
 	@echo "The filters are compiled, and the packages that they need are fetched: some two minutes the first time."
-	@$(SIDE_BY_SIDE) build
+	@$(SIDE_BY_SIDE) build FEATURES="--no-default-features --features abi3,$(REGISTERS)"
 	$(BIN)/ahrs-rs demo -o demo
 
 test: ## Run all tests and checks
@@ -44,10 +49,10 @@ $(VENV)/.test: $(VENV)/.run
 
 # Compiled in the open, beside the packages' installation; the editable package finds it done.
 native: $(VENV)/.made
-	$(BIN)/maturin develop --release --skip-install
+	$(BIN)/maturin develop --release --skip-install $(FEATURES)
 
 $(VENV)/.installed: $(VENV)/.run pyproject.toml Cargo.toml | native
-	$(INSTALL) --no-deps --no-build-isolation --editable .
+	$(INSTALL) --no-deps --no-build-isolation $(if $(FEATURES),--config-settings=build-args="$(FEATURES)") --editable .
 	@touch $@
 
 build: native $(VENV)/.installed ## Build the package into the virtual environment, with what the demo needs

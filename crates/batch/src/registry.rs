@@ -47,14 +47,28 @@ pub static ENTRIES: LazyLock<Box<[Entry]>> = LazyLock::new(|| {
     entries.collect()
 });
 
+/// The banks over one kind of register, none where they are not compiled.
+macro_rules! banks {
+    ($name:ident, $feature:literal, $f32:ident, $f64:ident) => {
+        mod $name {
+            #[cfg(feature = $feature)]
+            pub use {$f32::BANKS as F32, $f64::BANKS as F64};
+            #[cfg(not(feature = $feature))]
+            pub static F32: &[ahrs_rs_lanes::BankCtor<f32>] = &[];
+            #[cfg(not(feature = $feature))]
+            pub static F64: &[ahrs_rs_lanes::BankCtor<f64>] = &[];
+        }
+    };
+}
+banks!(avx2, "avx2", ahrs_rs_kernel_f32_avx2, ahrs_rs_kernel_f64_avx2);
+banks!(avx512, "avx512", ahrs_rs_kernel_f32_avx512, ahrs_rs_kernel_f64_avx512);
+
 /// The banks of every filter in `f32`, in the order of [`Isa::ALL`]. Where the statics are, not what they hold: a value that is
 /// read while compiling names every constructor, and has all filters compiled here once more.
-static BANKS_F32: [&&[BankCtor<f32>]; Isa::ALL.len()] =
-    [&ahrs_rs_kernel_f32_portable::BANKS, &ahrs_rs_kernel_f32_avx2::BANKS, &ahrs_rs_kernel_f32_avx512::BANKS];
+static BANKS_F32: [&&[BankCtor<f32>]; Isa::ALL.len()] = [&ahrs_rs_kernel_f32_portable::BANKS, &avx2::F32, &avx512::F32];
 
 /// The same in `f64`.
-static BANKS_F64: [&&[BankCtor<f64>]; Isa::ALL.len()] =
-    [&ahrs_rs_kernel_f64_portable::BANKS, &ahrs_rs_kernel_f64_avx2::BANKS, &ahrs_rs_kernel_f64_avx512::BANKS];
+static BANKS_F64: [&&[BankCtor<f64>]; Isa::ALL.len()] = [&ahrs_rs_kernel_f64_portable::BANKS, &avx2::F64, &avx512::F64];
 
 /// The filter of a name.
 pub fn entry(name: &str) -> Option<&'static Entry> {
