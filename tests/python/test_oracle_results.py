@@ -10,7 +10,7 @@ import pytest
 
 import oracle_results
 from oracle import OracleResult
-from oracle_results import Twin, kept_rows, twins
+from oracle_results import Twin, kept_rows, packed, twins, unpacked
 from oracle_sources import HERE, code, imported, modules_hash
 
 SAMPLES = 1234
@@ -19,7 +19,10 @@ SAMPLES = 1234
 def result(scale: float = 1.0) -> OracleResult:
     rng = np.random.default_rng(1)
     status = rng.integers(0, 256, SAMPLES).astype(np.uint8)
-    values = [scale * rng.standard_normal((SAMPLES, *shape)) for shape in ((4,), (3,), (3, 3))]
+    # Multiples of 2⁻⁴⁰, which are kept to the bit.
+    values = [
+        scale * np.rint(2.0**40 * rng.standard_normal((SAMPLES, *shape))) / 2.0**40 for shape in ((4,), (3,), (3, 3))
+    ]
     return OracleResult(values[0], values[1], status, {"covariance": values[2]})
 
 
@@ -65,6 +68,27 @@ def test_every_fiftieth_row_and_the_last_of_each_output_are_kept(folder: Path, m
     assert not twin.values
     twin.assert_same_status(full.status)
     assert {file.name for file in folder.iterdir()} == {"filter.npz", "sources.json"}
+
+
+def test_numbers_are_kept_to_half_of_what_counts_as_rounding_and_of_symmetric_matrices_a_half() -> None:
+    rng = np.random.default_rng(3)
+    for values in (rng.standard_normal((40, 4)), 1e9 * rng.standard_normal(40), rng.standard_normal((40, 2, 3))):
+        values[7] = [np.nan, np.inf, -np.inf, 0.0][values.ndim]
+        ((key, kept),) = packed("one", values).items()
+        name, read = unpacked(key, kept)
+        assert (name, read.shape, kept.size) == ("one", values.shape, 8 * values.size)
+        whole = np.isfinite(values)
+        assert np.array_equal(read[~whole], values[~whole], equal_nan=True)
+        # Half a unit of the last place that is kept, 2⁻⁴⁵, of one or of the power of two above the number.
+        assert np.all(np.abs(read[whole] - values[whole]) <= 2.0**-45 * np.maximum(1.0, 2.0 * np.abs(values[whole])))
+    square = rng.standard_normal((40, 3, 3))
+    ((key, kept),) = packed("two", square + np.swapaxes(square, 1, 2)).items()
+    assert kept.size == 8 * 40 * 6
+    read = unpacked(key, kept)[1]
+    assert np.array_equal(read, np.swapaxes(read, 1, 2))
+    assert np.abs(read - square - np.swapaxes(square, 1, 2)).max() < 1e-12
+    ((_, kept),) = packed("three", square).items()
+    assert kept.size == 8 * 40 * 9
 
 
 def test_other_sources_are_an_error_until_the_oracle_has_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
