@@ -34,6 +34,8 @@ const LEAST_HEADING: f64 = 0.17;
 const SIGMAS: f64 = 5.0;
 /// How long in s it takes: a gross or large error, a small one, one of the heading.
 const GROSS_TIME: f64 = 0.6;
+/// A force whose norm is farther from that of gravity is an acceleration, and no noise.
+const SHAKEN_PART: f64 = 0.5;
 /// What stands for the first of these where a start has seen no force of gravity's norm so far, but others.
 const SHAKEN: f64 = 1.2;
 const SMALL_TIME: f64 = 2.5;
@@ -189,7 +191,8 @@ impl<S: Scalar> Monitor<S> {
         // A start amid accelerations has taught the filter what is not so, even where its attitude has come right meanwhile.
         let shaken = gravity & S::of(SHAKEN).le(self.gross);
         let gross_time = lasting(self.gross, gross | large | shaken);
-        self.gross = S::select(lanes & doubted & !gravity, S::of(SHAKEN), gross_time);
+        let in_doubt = S::select(within(norm2, SHAKEN_PART), self.gross, S::of(SHAKEN));
+        self.gross = S::select(lanes & doubted & !gravity, in_doubt, gross_time);
         self.small = lasting(self.small, small);
         self.heading = lasting(self.heading, headed);
         let lost = lanes

@@ -127,7 +127,7 @@ def linear_kalman(_dip: float | None, dt: float) -> tuple[float, float]:
 def dcm_imu(_dip: float | None, dt: float) -> tuple[float, float]:
     """The accelerometer's variance is that of the error itself, taken for acceleration.
 
-    Twice the time of one axis: an error of the vertical is a chord, and three axes share its bias.
+    The time of one axis: an error of more than 35° is begun anew at once.
     """
     time = one_axis(
         dt,
@@ -137,7 +137,7 @@ def dcm_imu(_dip: float | None, dt: float) -> tuple[float, float]:
         (1.0, 0.1**2),
         ARRIVED,
     )
-    return 2.0 * time, ARRIVED
+    return time, ARRIVED
 
 
 def ekf(dip: float | None, dt: float) -> tuple[float, float]:

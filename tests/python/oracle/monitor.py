@@ -15,7 +15,7 @@ FAST, SLOW = 0.5, 10.0
 #: Where a force or field stops counting, in its units.
 LARGEST = 16.0
 #: How far the norm of a force is from one, of a field from its usual one.
-GRAVITY_PART, STEADY_PART, SAME_FIELD = 0.1, 0.03, 0.05
+GRAVITY_PART, STEADY_PART, SAME_FIELD, SHAKEN_PART = 0.1, 0.03, 0.05, 0.5
 #: The deviation of a steady force.
 STEADY = 0.04
 #: The least tangents of inclination, and the least sine of the heading's error, that are an error.
@@ -86,11 +86,12 @@ class Monitor:
             self.since_mag = 0.0
 
         wrong = self._wrong(*claimed)
-        strange = abs(math.hypot(*self.force.tolist()) - 1.0) > GRAVITY_PART
-        shaken = self.lasting[0] == math.inf
+        off = abs(math.hypot(*self.force.tolist()) - 1.0)
+        before = self.lasting[0]
+        shaken = before == math.inf
         self.lasting = np.where(wrong, self.lasting + min(time, LONGEST_LOOK), 0.0)
-        if doubted and strange:
-            self.lasting[0] = math.inf
+        if doubted and off > GRAVITY_PART:
+            self.lasting[0] = math.inf if off > SHAKEN_PART else before
         elif shaken or np.any(self.lasting > LASTING):
             return triple(self.bias)
         if not any(wrong):
