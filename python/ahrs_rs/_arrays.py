@@ -28,6 +28,8 @@ def vectors(name: str, given: Any) -> Any:
         return given
     library = _library(given)
     try:
+        if library == "numpy" and hasattr(given, "filled"):
+            return _unmasked(given)
         if library == "xarray":
             return _of_xarray(given)
         if library in ("pandas", "polars"):
@@ -72,7 +74,9 @@ def stamps(given: ArrayLike | None, *, since: bool = False) -> Any:
 def times(given: Any) -> NDArray[Any]:
     """A column of times as numpy has it: numbers, datetime64 (UTC), timedelta64, or whatever else it is."""
     library = _library(given)
-    if library == "pyarrow":
+    if library == "numpy" and hasattr(given, "filled"):
+        given = _unmasked(given)
+    elif library == "pyarrow":
         given = (
             given.to_numpy(zero_copy_only=False)
             if hasattr(given, "type") and not hasattr(given, "chunks")
@@ -111,6 +115,15 @@ def seconds(array: NDArray[Any]) -> NDArray[np.float64]:
 
 def _library(given: Any) -> str:
     return type(given).__module__.partition(".")[0]
+
+
+def _unmasked(given: Any) -> NDArray[Any]:
+    """numpy's masked array with NaN (NaT) in place of what is masked; its type stays where it has such a value."""
+    if given.dtype.kind in "Mm":
+        return np.asarray(given.filled(np.array("NaT", dtype=given.dtype)))
+    if given.dtype.kind in "iub":  # of whole numbers none is missing
+        given = given.astype(np.float64)
+    return np.asarray(given.filled(np.nan))
 
 
 def _of_frame(given: Any, library: str) -> Any:

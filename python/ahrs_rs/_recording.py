@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _axes, _html, _quat
+from ahrs_rs import _arrays, _axes, _html, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._streams import Stream, make_stream
 from ahrs_rs._typing import FloatArray
@@ -553,11 +553,13 @@ def _checked_rate(given: float, t: FloatArray) -> float:
 
 def _float_array(name: str, value: ArrayLike) -> FloatArray:
     try:
-        array = np.asarray(value)
+        array = np.asarray(_arrays.vectors(name, value))
         if array.dtype.kind not in "fiu":
             raise TypeError(f"dtype {array.dtype}")
         return array.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
+        if str(error).startswith(f"{name}: "):
+            raise
         raise ValueError(f"{name}: expected an array of real numbers, got {error}") from None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _quat
+from ahrs_rs import _arrays, _quat
 from ahrs_rs._rate import nominal_rate
 from ahrs_rs._typing import FloatArray
 
@@ -208,14 +208,15 @@ class Stream:
 def make_stream(name: str, t: ArrayLike, values: ArrayLike) -> Stream:
     """A checked stream of float64 (of bool for a mask); the errors name it."""
     try:
-        times, array = np.asarray(t), np.asarray(values)
+        times, array = np.asarray(_arrays.vectors(name, t)), np.asarray(_arrays.vectors(name, values))
         for what in (times, array):
             if what.dtype.kind not in "fiub":
                 raise ValueError(f"expected arrays of real numbers, got dtype {what.dtype}")
         kept = array.dtype.kind == "b"
         return Stream(times.astype(np.float64, copy=False), array if kept else array.astype(np.float64, copy=False))
     except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
+        told = str(error).removeprefix(f"{name}: ")
+        raise ValueError(f"{name}: {told}") from None
 
 
 def _line(at: FloatArray, t: FloatArray, values: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ahrs_rs import _arrays
 from ahrs_rs._typing import FloatArray
 
 # Arrays of float32 have the type of float64 here: the arithmetic of `_quat` is the same for both.
@@ -43,6 +44,24 @@ def choice(name: str, value: object, options: tuple[str, ...]) -> str:
         wanted = ", ".join(map(repr, options))
         raise ValueError(f"{name}: expected one of {wanted}, got {value!r}{did_you_mean(value, options)}")
     return value
+
+
+def axes(name: str, value: object, shape: tuple[int, ...], what: str) -> list[int]:
+    """Axes of a shape, each once, counted from 0; ``ValueError`` where they are none.
+
+    `value` is one whole number or several.
+    """
+    try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
+        several = isinstance(value, (tuple, list))
+        wanted = [operator.index(k) for k in (cast(Any, value) if several else [value])]
+        wanted = [range(len(shape))[k] for k in wanted]
+    except (TypeError, IndexError):
+        wanted = [-1]
+    if -1 in wanted or len(set(wanted)) < len(wanted):
+        raise ValueError(f"{name}: expected {what} {shape}, got {value!r}")
+    return wanted
 
 
 def thread_count(threads: int | None) -> int | None:
@@ -104,6 +123,8 @@ def together(names: str, *arrays: FloatArray, rows: int = 1) -> tuple[FloatArray
 
 def times(name: str, t: object | None, rate: object | None, count: int) -> FloatArray:
     """Times (count,) in s, finite and not decreasing, of stamps or of a rate in Hz; ``ValueError`` for what is none."""
+    if t is not None and rate is not None:
+        raise ValueError(f"{name}, rate: expected one of them, got both")
     if t is None:
         hertz = number("rate", np.nan if rate is None else rate)
         if not 0.0 < hertz < np.inf:
@@ -122,6 +143,7 @@ def times(name: str, t: object | None, rate: object | None, count: int) -> Float
 
 
 def _array(name: str, value: object) -> FloatArray:
+    value = _arrays.vectors(name, value)
     try:
         array = np.asarray(value)
         if array.dtype.kind == "O":  # with None, which is missing

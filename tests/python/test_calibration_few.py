@@ -288,3 +288,36 @@ def test_what_ferraris_cannot_use_is_refused(change: Any, message: str) -> None:
     held, told = change(positions(1), turns)
     with pytest.raises(ValueError, match=message):
         ar.calibration.ferraris(held, told)
+
+
+HELD = positions(0)
+TURNS = [turned("xyz"[axis], np.pi / 2.0, axis) for axis in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda c: c.magnetometer(np.eye(3), parameters="9"), "^parameters: expected 3, 4, 6 or 9, got '9'"),
+        (lambda c: c.magnetometer(np.eye(3), norm="50"), "^norm: expected a number, got '50'"),
+        (lambda c: c.LiveMagnetometer(parameters=5), "^parameters: expected 3, 4, 6 or 9, got 5"),
+        (lambda c: c.LiveMagnetometer(norm=-1.0), "^norm: expected a positive number, got -1"),
+        (lambda c: c.LiveMagnetometer(parameters=3, norm=50.0), "^norm: expected None with parameters=3, .*, got 50"),
+        (lambda c: c.ferraris(HELD, 5), "^turns: expected Turns, as many as were made, got int"),
+        (lambda c: c.ferraris(HELD, [np.eye(3)]), r"^turns\[0\]: expected a Turn, got ndarray"),
+        (lambda c: c.ferraris(None, TURNS), r"^positions: expected pairs of readings \(acc, gyr\), got NoneType"),
+        (lambda c: c.ferraris([HELD[0][0]], TURNS), r"^positions\[0\]: expected a pair of .* got \d+ parts"),
+        (lambda c: c.ferraris(HELD, TURNS, gravity="g"), "^gravity: expected a number, got 'g'"),
+        (
+            lambda c: c.six_positions(9.81),
+            r"^positions: expected readings \(n, 3\) or \(3,\) of each position, got flo",
+        ),
+        (lambda c: c.gyroscope(np.zeros((9, 3)), 1), "^turns: expected Turns, as many as were made, got int"),
+        (lambda c: c.Turn(np.eye(3), "z", "90").vector, "^angle: expected a number, got '90'"),
+        (lambda c: c.Turn(np.eye(3), {}, 1.0).vector, "^axis: expected an array of real numbers, got"),
+        (lambda c: c.gyroscope_rests(np.zeros((9, 4)), 100.0), r"^gyr: expected shape \(T, 3\), got \(9, 4\)"),
+        (lambda c: c.store({}, "imu"), "^calibrations: expected Calibrations, got dict"),
+    ],
+)
+def test_what_is_no_reading_turn_or_number_is_told(call: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call(ar.calibration)

@@ -19,6 +19,8 @@ AXES = HINGE.axis(0, [0.0, 1.0, 0.0]), HINGE.axis(1, [0.0, 1.0, 0.0])
 #: The relative orientation of the sensors at angle 0.
 ZERO = quats(HINGE.mounts[0].inv() * HINGE.mounts[1])
 X, Z = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+#: Times and angular rates of a sensor that turns.
+SPUN = T, np.sin(3.0 * T)[:, np.newaxis] * np.array(Z)
 
 
 def spread(seed: int, count: int, covariance: Floats) -> Rotation:
@@ -206,6 +208,11 @@ def test_a_functional_motion_gives_how_the_sensor_is_mounted() -> None:
         (lambda c: c.Universal([0.0, 0, 1], [1.0, 0, 0], 0.1), "^angle: expected one of 0.35 to"),
         (lambda c: c.Ball(np.zeros((2, 2))), r"^limits: expected shape \(\.\.\., 3, 2\)"),
         (lambda c: c.Ball([[1.0, 0.0]] * 3), r"^limits: expected \(3, 2\) least and largest"),
+        (lambda c: c.relative(np.eye(4), np.eye(4), covariances=np.eye(3)), "^covariances: expected a pair, .*, got"),
+        (lambda c: c.correct_heading(np.eye(4), np.eye(4), "hinge", rate=1.0), "^joint: expected a Hinge, .*, got 'hi"),
+        (lambda c: c.synchronise(SPUN, SPUN, axis=[0.0, 0.0, 1.0]), "^axis: expected a HingeAxis .*, got"),
+        (lambda c: c.Ball([[0.0, 1.0]] * 3, first=np.eye(4)), r"^first: expected a quaternion \(4,\), got shape"),
+        (lambda c: c.Ball([[0.0, 1.0]] * 3, second=[np.nan] * 4), r"^second: expected a quaternion \(4,\), got"),
         (lambda c: c.Ball([[0.0, 1.0]] * 3, "ZZX"), "^sequence: expected three of"),
     ],
 )  # fmt: skip

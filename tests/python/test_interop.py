@@ -189,6 +189,44 @@ def test_a_missing_row_is_one_of_nan(kind: str) -> None:
     assert found.status[7] & ar.Status.ACC_MISSING
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int64])
+def test_a_masked_row_is_missing_wherever_readings_are_taken(dtype: type) -> None:
+    gyr, acc = (np.round(10.0 * one).astype(dtype) for one in signals())
+    masked = np.ma.masked_array(acc, mask=np.zeros(acc.shape, dtype=bool))
+    masked[7] = np.ma.masked
+    expected = acc.astype(np.float64 if dtype is np.int64 else dtype)
+    expected[7] = np.nan
+    t = np.arange(len(gyr)) / RATE
+    found = ar.Mahony(rate=RATE).run(gyr, masked)
+    assert found.status[7] & ar.Status.ACC_MISSING
+    np.testing.assert_array_equal(ar.Recording(t=t, gyr=gyr, acc=masked).acc, expected)
+    np.testing.assert_array_equal(
+        ar.Recording.from_streams(gyr=(t, gyr), acc=(t, masked)).streams["acc"].values, expected
+    )
+    rotated = ar.rotation.rotate([1.0, 0.0, 0.0, 0.0], masked)
+    np.testing.assert_array_equal(np.isnan(rotated), np.isnan(expected))
+    assert np.isnan(ar.attitude.fqa(masked)[7]).all()
+    assert not np.isnan(ar.attitude.fqa(masked)[8]).any()
+
+
+def test_a_masked_stamp_is_no_stamp() -> None:
+    t = np.ma.masked_array([0.0, 0.01, 0.02], mask=[False, True, False])
+    with pytest.raises(ValueError, match=r"^t: expected finite stamps, got NaN at index 1"):
+        ar.Mahony().run(np.zeros((3, 3)), t=t)
+    with pytest.raises(ValueError, match=r"^t: expected finite times, got nan at index 1"):
+        ar.Recording(t=t, gyr=np.zeros((3, 3)))
+    dates = np.ma.masked_array(np.arange(3).astype("datetime64[ms]"), mask=[False, True, False])
+    with pytest.raises(ValueError, match=r"^t: expected finite stamps, got NaN at index 1"):
+        ar.Mahony().run(np.zeros((3, 3)), t=dates)
+
+
+def test_rotations_take_missing_values_of_pandas() -> None:
+    pd = pytest.importorskip("pandas")
+    frame = pd.DataFrame([[1.0, 2.0, 3.0], [None, 5.0, 6.0]], columns=list("xyz")).astype("Float64")
+    found = ar.rotation.rotate([1.0, 0.0, 0.0, 0.0], frame)
+    np.testing.assert_array_equal(found, [[1.0, 2.0, 3.0], [np.nan] * 3])
+
+
 @pytest.mark.parametrize("package", ["polars", "pyarrow"])
 def test_rows_of_different_lengths_are_told(package: str) -> None:
     library = pytest.importorskip(package)

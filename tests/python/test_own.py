@@ -300,12 +300,20 @@ def test_the_page_runs_and_so_do_its_commands(tmp_path: Path, monkeypatch: pytes
 @pytest.mark.parametrize(
     ("name", "message"),
     [
+        (":X", "--filter :X: expected MODULE:NAME of a filter, got ValueError"),
+        ("broken_text:X", "--filter broken_text:X: expected MODULE:NAME of a filter, got SyntaxError"),
+        ("Theirs=", "--filter Theirs=: expected NAME=FILES of finished orientations, got an empty part"),
+        ("=walk.csv", "--filter =walk.csv: expected NAME=FILES of finished orientations, got an empty part"),
         ("nowhere_at_all:X", "--filter nowhere_at_all:X: expected MODULE:NAME of a filter, got ModuleNotFoundError"),
         ("math:nothing", "got AttributeError"),
         ("math:pi", "expected a class of ar.FILTERS"),
     ],
 )
-def test_a_module_without_such_a_filter_is_told(name: str, message: str, tmp_path: Path, capsys: Capture) -> None:
+def test_a_module_without_such_a_filter_is_told(
+    name: str, message: str, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken_text.py").write_text("def f(:", encoding="utf-8")
     recordings(1)[0].save(tmp_path / "a.npz")
     assert message in error_of(capsys, "run", tmp_path / "a.npz", "--filter", name)
 

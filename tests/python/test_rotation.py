@@ -130,6 +130,12 @@ def test_the_mean_is_scipys_weighted_or_not(dtype: Any, seed: int) -> None:
     assert apart(ar.rotation.mean(q)[np.newaxis], Rotation.concatenate([r.mean()])) <= BOUNDS[dtype]
 
 
+def test_the_mean_takes_whole_numbers_of_numpy_as_axes() -> None:
+    q = quats(rotations(3))[:6].reshape(2, 3, 4)
+    np.testing.assert_array_equal(ar.rotation.mean(q, axis=np.int64(-1)), ar.rotation.mean(q, axis=1))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(ar.rotation.mean(q, axis=(0, 1)), ar.rotation.mean(q))
+
+
 def test_the_mean_of_axes_leaves_out_what_is_missing() -> None:
     q = ar.rotation.about_axis("x", np.array([[0.1, 0.3], [0.5, 0.7], [0.9, 2.0]]))
     for axis, expected in ((0, [0.5, 1.0]), (-1, [0.2, 0.6, 1.45]), ((0, 1), None), (None, None)):
@@ -258,7 +264,10 @@ def test_a_row_with_a_nan_gives_nan_and_leaves_the_others() -> None:
         (lambda r: r.from_matrix(-np.eye(3)), "^matrix: expected rotations, got a mirror image"),
         (lambda r: r.mean(np.eye(4), [1.0, -1.0, 1.0, 1.0]), "^weights: expected numbers that are not .*, got -1"),
         (lambda r: r.mean(np.eye(4), [1.0, 1.0]), r"^weights: expected shape \(4,\), got \(2,\)"),
-        (lambda r: r.mean(np.eye(4), axis=1), r"^axis: expected axes of the leading shape \(4,\), each once, got 1"),
+        (lambda r: r.mean(np.eye(4), axis=1), r"^axis: expected axes, each once, of the leading shape \(4,\), got 1"),
+        (lambda r: r.mean(np.eye(4), axis=(0, -1)), r"^axis: expected axes, each once, .*, got \(0, -1\)"),
+        (lambda r: r.mean(np.eye(4), axis="x"), "^axis: expected axes, each once, of the leading shape .*, got 'x'"),
+        (lambda r: r.mean(np.eye(4), axis=0.5), "^axis: expected axes, each once, of the leading shape .*, got 0.5"),
         (lambda r: r.continuous([1.0, 0.0, 0.0, 0.0]), r"^q: expected shape \(\.\.\., T, 4\), got \(4,\)"),
         (lambda r: r.interpolate(np.eye(4), [0.0, 1.0, 0.5, 2.0], [0.0]), "^t: expected times that do not decrease"),
         (lambda r: r.interpolate(np.eye(4), [0.0, 1.0], [0.0]), r"^t: expected shape \(4,\), got \(2,\)"),
@@ -267,7 +276,10 @@ def test_a_row_with_a_nan_gives_nan_and_leaves_the_others() -> None:
         (lambda r: r.angular_rate(np.eye(4), rate=1.0, frame="body"), "^frame: expected one of 'sensor', 'earth'"),
         (lambda r: r.integrate(np.zeros((0, 3)), rate=1.0), r"^gyr: expected shape \(\.\.\., T, 3\) with T > 0"),
         (lambda r: r.unwrap([0.0], period=0.0), "^period: expected a positive number"),
+        (lambda r: r.angular_rate(np.eye(4), range(4), rate=1.0), "^t, rate: expected one of them, got both"),
+        (lambda r: r.integrate(np.eye(3), range(3), rate=1.0), "^t, rate: expected one of them, got both"),
         (lambda r: r.unwrap([0.0], axis=1), "^axis: expected one of an array of shape"),
+        (lambda r: r.unwrap([0.0], axis=None), "^axis: expected one of an array of shape .*, got"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_told(call: Any, message: str) -> None:

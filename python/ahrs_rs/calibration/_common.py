@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ahrs_rs import _arrays, _validate
 from ahrs_rs._typing import FloatArray
 
 AXES = "xyz"
@@ -36,10 +38,9 @@ class CalibrationWarning(UserWarning):
 
 def readings(name: str, value: ArrayLike) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Readings (T, 3) in float64, and which rows are there (no NaN); a ValueError for anything else."""
+    value = _arrays.vectors(name, value)
     try:
-        array = (
-            np.ma.filled(np.ma.asarray(value).astype(np.float64), np.nan) if np.ma.isMA(value) else np.asarray(value)
-        )
+        array = np.asarray(value)
         if array.dtype.kind not in "fiu":
             raise TypeError(f"dtype {array.dtype}")
     except (TypeError, ValueError) as error:
@@ -61,7 +62,11 @@ def readings(name: str, value: ArrayLike) -> tuple[FloatArray, NDArray[np.bool_]
 
 def vector(name: str, value: ArrayLike, length: int) -> FloatArray:
     """One number for each reading, in float64."""
-    array: FloatArray = np.asarray(value, dtype=np.float64)
+    value = _arrays.vectors(name, value)
+    try:
+        array: FloatArray = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: expected an array of real numbers, got {error}") from None
     if array.shape != (length,):
         raise ValueError(f"{name}: expected shape ({length},), got {array.shape}")
     return array
@@ -69,7 +74,25 @@ def vector(name: str, value: ArrayLike, length: int) -> FloatArray:
 
 def positive(name: str, value: Any) -> float:
     """A positive finite number."""
-    number = float(value)
+    number = _validate.number(name, value)
     if not (np.isfinite(number) and number > 0):
         raise ValueError(f"{name}: expected a positive number, got {value}")
     return number
+
+
+def count_of(value: Any, options: tuple[int, ...]) -> int:
+    """The number of parameters of a fit, one of those that there are."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in options:
+        listed = f"{', '.join(map(str, options[:-1]))} or {options[-1]}"
+        raise ValueError(f"parameters: expected {listed}, got {value!r}")
+    return int(value)
+
+
+def several(name: str, value: Any, what: str) -> list[Any]:
+    """The parts of an argument that has several: a list, a tuple, or what else can be gone through."""
+    if not isinstance(value, (str, bytes, Mapping)):
+        try:
+            return list(value)
+        except TypeError:
+            pass
+    raise ValueError(f"{name}: expected {what}, got {type(value).__name__}")

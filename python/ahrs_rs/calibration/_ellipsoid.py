@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _directions, _ellipsoid_fit, _fit_result, _linear, _sphere, _sums, _windows
-from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, positive, readings
+from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, count_of, positive, readings
 from ahrs_rs.calibration._fit_result import EllipsoidFit
 from ahrs_rs.calibration._model import Calibration
 
@@ -70,8 +70,7 @@ def ellipsoid(x: ArrayLike, *, parameters: int = 9, norm: float | None = None, n
     >>> ar.calibration.ellipsoid(x + [1.0, 2.0, 3.0]).calibration.offset.round(6)
     array([1., 2., 3.])
     """
-    if parameters not in PARAMETERS:
-        raise ValueError(f"parameters: expected 3, 4, 6 or 9, got {parameters!r}")
+    parameters = count_of(parameters, PARAMETERS)
     if norm is not None:
         norm = positive("norm", norm)
     array, valid = readings(name, x)
@@ -194,8 +193,7 @@ def accelerometer(
     array([0.1, 0. , 0. ])
     """
     gravity = positive("gravity", gravity)
-    if parameters not in (6, 9):
-        raise ValueError(f"parameters: expected 6 or 9, got {parameters!r}")
+    parameters = count_of(parameters, (6, 9))
     if select not in ("rest", "robust"):
         raise ValueError(f'select: expected "rest" or "robust", got {select!r}')
     array, valid = readings("acc", acc)

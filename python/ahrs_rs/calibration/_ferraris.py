@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration._calibrations import Calibrations
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
+from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, several
 from ahrs_rs.calibration._gyroscope import FASTEST_REST
 from ahrs_rs.calibration._model import Calibration
-from ahrs_rs.calibration._turns import Turn, fit_gain
+from ahrs_rs.calibration._turns import Turn, fit_gain, turns_of
 
 __all__ = ["FerrarisFit", "ferraris"]
 
@@ -108,6 +108,8 @@ def ferraris(
     array([0.1, 0.1, 0.1])
     """
     gravity = positive("gravity", gravity)
+    turns = turns_of(turns)
+    positions = [_pair(k, one) for k, one in enumerate(several("positions", positions, "pairs of readings (acc, gyr)"))]
     acc, acc_variance = _means("acc", [one for one, _ in positions])
     gyr, gyr_variance = _means("gyr", [one for _, one in positions])
     up = _sides(acc, gravity)
@@ -168,6 +170,13 @@ def ferraris(
         (acc - acc_bias) @ inverse[0].T - gravity * up,
         reached @ inverse[1].T - angles,
     )
+
+
+def _pair(k: int, given: object) -> tuple[ArrayLike, ArrayLike]:
+    parts = several(f"positions[{k}]", given, "a pair of readings (acc, gyr)")
+    if len(parts) != 2:
+        raise ValueError(f"positions[{k}]: expected a pair of readings (acc, gyr), got {len(parts)} parts")
+    return parts[0], parts[1]
 
 
 def _means(name: str, parts: Sequence[ArrayLike]) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ from ahrs_rs import _html, _quat
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
 from ahrs_rs.calibration._model import Calibration
-from ahrs_rs.calibration._turns import WORST_CONDITION, Turn, doubt, fit_gain, steps
+from ahrs_rs.calibration._turns import WORST_CONDITION, Turn, doubt, fit_gain, steps, turns_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,6 +147,7 @@ def gyroscope(rest: ArrayLike, turns: Sequence[Turn] = (), *, cross_axis: bool =
     _check_rest(bias, spread)
     variance = spread**2 / len(still)
     gain, gain_std, residual = np.eye(3), np.zeros((3, 3)), np.zeros((0, 3))
+    turns = turns_of(turns)
     if turns:
         integrals = [turn.integral(f"turns[{k}]") for k, turn in enumerate(turns)]
         reached = np.array([total - bias * duration for total, duration, _ in integrals])

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ahrs_rs import _arrays
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _directions, _linear, _sphere_fit
-from ahrs_rs.calibration._common import readings
+from ahrs_rs.calibration._common import count_of, positive, readings
 from ahrs_rs.calibration._directions import BANDS, SECTORS
-from ahrs_rs.calibration._ellipsoid import magnetometer
+from ahrs_rs.calibration._ellipsoid import PARAMETERS, magnetometer
 from ahrs_rs.calibration._fit_result import EllipsoidFit
 
 __all__ = ["LiveMagnetometer"]
@@ -29,7 +30,12 @@ class LiveMagnetometer:
     parameters : int, optional
         Of the fit at the end: 9, 6, 4 or 3, as of `magnetometer`.
     norm : float, optional
-        Of the local field, µT.
+        Of the local field, µT; None with three parameters.
+
+    Raises
+    ------
+    ValueError
+        Another number of parameters, or a norm that is not positive.
 
     Examples
     --------
@@ -45,8 +51,12 @@ class LiveMagnetometer:
     """
 
     def __init__(self, *, parameters: int = 9, norm: float | None = None) -> None:
-        self.parameters = parameters
-        self.norm = norm
+        self.parameters = count_of(parameters, PARAMETERS)
+        self.norm = None if norm is None else positive("norm", norm)
+        if self.parameters == 3 and norm is not None:
+            raise ValueError(
+                f"norm: expected None with parameters=3, as a circle in a plane has no scale, got {norm!r}"
+            )
         self._rows = np.empty((256, 3))
         self._count = 0
 
@@ -62,7 +72,7 @@ class LiveMagnetometer:
         mag : array_like
             (3,) or (n, 3) µT.
         """
-        array, valid = readings("mag", np.atleast_2d(np.asarray(mag)))
+        array, valid = readings("mag", np.atleast_2d(np.asarray(_arrays.vectors("mag", mag))))
         rows = array[valid]
         while self._count + len(rows) > len(self._rows):
             self._rows = np.concatenate((self._rows, np.empty_like(self._rows)))

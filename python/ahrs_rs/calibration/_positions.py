@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ahrs_rs import _html
+from ahrs_rs import _arrays, _html
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
 from ahrs_rs.calibration import _windows
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
+from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, several
 from ahrs_rs.calibration._model import Calibration
 
 if TYPE_CHECKING:
@@ -221,13 +221,16 @@ def sensitivity(mean: FloatArray, gain: FloatArray, bias: FloatArray) -> FloatAr
 
 def _means(positions: Sequence[ArrayLike]) -> tuple[FloatArray, FloatArray | None]:
     """(K, 3) means and (K, 3, 3) their covariances."""
+    positions = several("positions", positions, "readings (n, 3) or (3,) of each position")
     if len(positions) < 6:
         raise CalibrationError(
             f"positions: expected at least six, got {len(positions)}: hold the sensor still with each axis up and down"
         )
     means, variances = [], []
     for k, position in enumerate(positions):
-        array, valid = readings(f"positions[{k}]", np.atleast_2d(np.asarray(position)))
+        array, valid = readings(
+            f"positions[{k}]", np.atleast_2d(np.asarray(_arrays.vectors(f"positions[{k}]", position)))
+        )
         rows = array[valid]
         if not len(rows):
             raise CalibrationError(f"positions[{k}]: expected readings, got NaN only")

@@ -67,6 +67,8 @@ def store(
     >>> path.name
     '2026-03-01T000000Z.json'
     """
+    if not isinstance(calibrations, Calibrations):
+        raise ValueError(f"calibrations: expected Calibrations, got {type(calibrations).__name__}")
     moment = _moment("date", date)
     path = _folder(folder) / _named(device) / f"{moment.strftime(STAMP)}.json"
     if path.exists():

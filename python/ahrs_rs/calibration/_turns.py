@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, positive, readings, vector
+from ahrs_rs._validate import number
+from ahrs_rs.calibration._common import (
+    AXES,
+    CalibrationError,
+    CalibrationWarning,
+    positive,
+    readings,
+    several,
+    vector,
+)
 
 __all__ = ["Turn"]
 
@@ -69,12 +78,12 @@ class Turn:
             direction = np.eye(3)[AXES.index(self.axis)]
         else:
             direction = vector("axis", self.axis, 3)
-        length = float(np.linalg.norm(direction))
-        if not (math.isfinite(length) and length > 0 and math.isfinite(self.angle)):
+        length, angle = float(np.linalg.norm(direction)), number("angle", self.angle)
+        if not (math.isfinite(length) and length > 0 and math.isfinite(angle)):
             raise ValueError(f"axis, angle: expected a direction and rad, got {self.axis!r} and {self.angle}")
-        if abs(self.angle) < SMALLEST_TURN:
-            raise CalibrationError(f"angle: expected a turn of at least {SMALLEST_TURN} rad, got {self.angle:.3g}")
-        turned: FloatArray = direction / length * float(self.angle)
+        if abs(angle) < SMALLEST_TURN:
+            raise CalibrationError(f"angle: expected a turn of at least {SMALLEST_TURN} rad, got {angle:.3g}")
+        turned: FloatArray = direction / length * angle
         return turned
 
     def integral(self, name: str) -> tuple[FloatArray, float, float]:
@@ -96,6 +105,15 @@ class Turn:
         last = np.maximum.accumulate(np.where(valid, np.arange(len(array)), int(np.argmax(valid))))
         dt = steps(len(array), self.rate, self.t)
         return dt @ array[last[1:]], float(dt.sum()), float(dt @ dt)
+
+
+def turns_of(given: object) -> list[Turn]:
+    """The turns of an argument; a ValueError where something is none."""
+    turns: list[Turn] = several("turns", given, "Turns, as many as were made")
+    for k, one in enumerate(turns):
+        if not isinstance(one, Turn):
+            raise ValueError(f"turns[{k}]: expected a Turn, got {type(one).__name__}")
+    return turns
 
 
 def fit_gain(
@@ -189,7 +207,9 @@ def steps(count: int, rate: float | None, t: ArrayLike | None) -> FloatArray:
         stamps = vector("t", t, count)
         dt: FloatArray = np.diff(stamps)
         if not np.isfinite(stamps).all() or (dt < 0).any():
-            raise ValueError("t: expected finite times that do not decrease")
+            raise ValueError(
+                f"t: expected finite times that do not decrease, got {np.array2string(stamps, threshold=6)}"
+            )
         return dt
     if rate is None:
         raise ValueError("rate: expected a number where t is not given, got None")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import CalibrationError, positive
+from ahrs_rs.calibration._common import CalibrationError, positive, readings
 
 #: Windows vary at rest by at most so many times the spread of the quietest tenth of all windows ...
 TIMES_QUIETEST = 3.0
@@ -101,7 +101,7 @@ def gyroscope_rests(gyr: ArrayLike, rate: float, *, hold: float = 0.5, slowest: 
     [slice(0, 100, None), slice(200, 300, None)]
     """
     window = 0.1
-    rest = resting(np.asarray(gyr, dtype=np.float64), rate, window, GYR_LIMITS)
+    rest = resting(readings("gyr", gyr)[0], rate, window, GYR_LIMITS)
     # A steady turn varies as little, about another mean.
     typical = np.median(rest.means, axis=0) if len(rest.means) else np.zeros(3)
     index = rest.index[np.linalg.norm(rest.means - typical, axis=1) < slowest]

@@ -157,6 +157,8 @@ def synchronise(
     """
     one, other = _rates("first", first), _rates("second", second)
     if axis is not None:
+        if not isinstance(axis, HingeAxis):
+            raise ValueError(f"axis: expected a HingeAxis (what hinge_axis gives), got {axis!r}")
         one, other = _across(one, axis.first), _across(other, axis.second)
     coarse, correlation = _coarse(one, other)
     rate = min(max(one.rate, other.rate), FASTEST)

@@ -129,6 +129,8 @@ def correct_heading(
     >>> ar.chain.correct_heading(still, turned, hinge, rate=100.0)
     HeadingCorrection(delta(300,), residual=0°)
     """
+    if not callable(getattr(joint, "square_error", None)):
+        raise ValueError(f"joint: expected a Hinge, Universal or Ball (or a class with square_error), got {joint!r}")
     p, q = pair(first, second)
     if p.ndim != 2:
         raise ValueError(f"first: expected shape (T, 4), got {p.shape}")

@@ -248,6 +248,9 @@ class Ball:
             raise ValueError(f"limits: expected (3, 2) least and largest angles in rad, got {limits.tolist()}")
         object.__setattr__(self, "limits", limits)
         both = tuple(_validate.unit_quaternions(name, getattr(self, name)) for name in ("first", "second"))
+        for name, one in zip(("first", "second"), both, strict=True):
+            if one.shape != (4,) or np.isnan(one).any():
+                raise ValueError(f"{name}: expected a quaternion (4,), got shape {one.shape}, {one.tolist()}")
         object.__setattr__(self, "_back", tuple(_quat.conjugate(each.astype(np.float64)) for each in both))
         to_euler((1.0, 0.0, 0.0, 0.0), self.sequence)  # says what is wrong with another one
 

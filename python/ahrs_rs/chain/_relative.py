@@ -126,6 +126,8 @@ def relative(
     if covariances is None and isinstance(first, Estimate) and isinstance(second, Estimate):
         own = first.covariance, second.covariance
         covariances = None if own[0] is None or own[1] is None else (own[0], own[1])
+    if covariances is not None and (not isinstance(covariances, (tuple, list)) or len(covariances) != 2):
+        raise ValueError(f"covariances: expected a pair, of the first and the second sensor, got {covariances!r}")
     r = _quat.multiply(_quat.conjugate(p), q)
     covariance = None
     if covariances is not None:

@@ -103,6 +103,8 @@ def _own_filter(text: str) -> type[Filter]:
     """A class or function of a module that Python finds from here, or orientations of files; it is registered."""
     label, equals, files = text.partition("=")
     if equals:
+        if not (label and files):
+            raise CliError(f"--filter {text}: expected NAME=FILES of finished orientations, got an empty part")
         return cast("type[Filter]", register(Finished(files, name=label)))
     module, _, attribute = text.partition(":")
     here = str(Path.cwd())
@@ -111,7 +113,7 @@ def _own_filter(text: str) -> type[Filter]:
         found: Any = importlib.import_module(module)
         for part in attribute.split("."):
             found = getattr(found, part)
-    except (ImportError, AttributeError) as error:
+    except (ImportError, AttributeError, SyntaxError, ValueError) as error:  # ValueError: no name of a module
         raise CliError(
             f"--filter {text}: expected MODULE:NAME of a filter, got {type(error).__name__}: {error}"
         ) from None

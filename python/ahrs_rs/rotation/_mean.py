@@ -56,10 +56,8 @@ def mean(q: ArrayLike, weights: ArrayLike | None = None, *, axis: int | tuple[in
     quat = _validate.unit_quaternions("q", q)
     leading = quat.shape[:-1]
     count = len(leading)
-    wanted = range(count) if axis is None else [axis] if isinstance(axis, int) else list(axis)
-    if not all(-count <= k < count for k in wanted) or len({k % count for k in wanted}) < len(wanted):
-        raise ValueError(f"axis: expected axes of the leading shape {leading}, each once, got {axis!r}")
-    axes = [k % count for k in wanted]
+    wanted = tuple(range(count)) if axis is None else axis
+    axes = _validate.axes("axis", wanted, leading, "axes, each once, of the leading shape")
     given = np.ones((), dtype=np.float32) if weights is None else _validate.reals("weights", weights)
     if not (given >= 0.0).all():
         raise ValueError(f"weights: expected numbers that are not negative, got {given[~(given >= 0.0)].flat[0]}")

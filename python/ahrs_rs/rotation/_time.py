@@ -172,15 +172,14 @@ def unwrap(angles: ArrayLike, *, period: float = 2.0 * math.pi, axis: int = -1) 
     turn = _validate.number("period", period)
     if not 0.0 < turn < math.inf:
         raise ValueError(f"period: expected a positive number, got {period!r}")
-    if not -given.ndim <= axis < given.ndim:
-        raise ValueError(f"axis: expected one of an array of shape {given.shape}, got {axis!r}")
-    rows = np.moveaxis(given, axis, -1)
+    along = _validate.axes("axis", (axis,), given.shape, "one of an array of shape")[0]
+    rows = np.moveaxis(given, along, -1)
     before, _ = _last_known(rows, ~np.isnan(rows))
     step = rows[..., 1:] - before[..., :-1]
     turns = np.cumsum(np.where(np.isnan(step), 0.0, np.round(step / turn)), axis=-1)
     found = rows.copy()
     found[..., 1:] -= (turn * turns).astype(rows.dtype, copy=False)
-    return np.moveaxis(found, -1, axis)
+    return np.moveaxis(found, -1, along)
 
 
 def samples(name: str, given: ArrayLike) -> FloatArray:
