@@ -55,7 +55,8 @@ def axes(name: str, value: object, shape: tuple[int, ...], what: str) -> list[in
         if isinstance(value, (str, bytes, bool)):
             raise TypeError
         several = isinstance(value, (tuple, list))
-        wanted = [operator.index(k) for k in (cast(Any, value) if several else [value])]
+        given: list[Any] = list(cast(Any, value)) if several else [value]
+        wanted = [operator.index(k) for k in given]
         wanted = [range(len(shape))[k] for k in wanted]
     except (TypeError, IndexError):
         wanted = [-1]

@@ -21,7 +21,7 @@ def file(tmp_path: Path) -> Path:
 
 #: Arguments, where words in capitals stand for paths, and what the error must say.
 MISTAKES = """
- => expected a command: run, check, compare, view, tune, filters, sensors, formats, calibrate, noise, simulate, demo, papers
+ => expected a command: run, check, compare, view, tune, filters, sensors, formats, calibrate, noise, simulate
 sail => invalid choice: 'sail'
 run => the following arguments are required: FILE, --filter
 run FILE => the following arguments are required: --filter
