@@ -102,6 +102,11 @@ pub struct Sample<S: Scalar> {
     pub usual: S,
 }
 
+/// How sure of the inclination in motion a filter is at best whose covariance is not one to be watched by, in rad.
+const UNSURE: f64 = 0.05;
+/// The longest time in s for which one reading of a step that is lost shows rest.
+const LONGEST_REST: f64 = 0.1;
+
 /// How much the measurements of a sample count beside each other, and the time that they stand for.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<S> {
@@ -116,6 +121,11 @@ pub struct Weights<S> {
 }
 
 impl<S: Scalar> Sample<S> {
+    /// The time of the step `dt` for which it shows rest: one reading is no mean over a gap.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub fn rest_time(&self, dt: S) -> S {
+        S::select(self.lost, dt.min(S::of(LONGEST_REST)), dt)
+    }
     /// Where a measurement stands for more than the step: its sensor is slower than the gyroscope, or missed some samples.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn late(&self, dt: S) -> S::Mask {
@@ -187,9 +197,11 @@ pub trait Filter<S: Scalar>: Clone {
     /// that know how sure they are; the others are aligned again.
     fn lose_rotation(&mut self, _lanes: S::Mask, _variance: S) {}
     /// The variances of inclination and heading that the filter claims, in rad², where it is to be watched; the larger one of the
-    /// inclination's two.
+    /// inclination's two. Not those of a filter whose covariance is far too sure in motion or says tens of degrees: that is sure
+    /// of the inclination to 0.05 rad, and of the heading to 1 rad.
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn claimed(&self) -> [S; 2] {
-        [S::zero(); 2]
+        [S::of(UNSURE * UNSURE), S::one()]
     }
     /// The delay in s of the magnetometer behind the gyroscope, as far as the filter knows it.
     fn known_mag_delay(&self) -> S {

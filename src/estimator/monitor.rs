@@ -34,12 +34,12 @@ const LEAST_HEADING: f64 = 0.17;
 const SIGMAS: f64 = 5.0;
 /// How long in s it takes: a gross or large error, a small one, one of the heading.
 const GROSS_TIME: f64 = 0.6;
-/// A force whose norm is farther from that of gravity is an acceleration, and no noise.
-const SHAKEN_PART: f64 = 0.5;
-/// What stands for the first of these where a start has seen no force of gravity's norm so far, but others.
-const SHAKEN: f64 = 1.2;
 const SMALL_TIME: f64 = 2.5;
 const HEADING_TIME: f64 = 2.5;
+/// A force whose norm is farther from that of gravity, by this part of it, is an acceleration and no noise.
+const SHAKEN_PART: f64 = 0.5;
+/// The time of a gross error, in s, that says that a start has seen such a force and none of gravity's norm so far.
+const SHAKEN: f64 = 1.2;
 /// The field is that of the place where its norm and its upward part are what they have been, to this part of the norm.
 const SAME_FIELD: f64 = 0.05;
 /// Where a force or field stops counting, in its norms.

@@ -78,9 +78,6 @@ params! {
 
 /// The largest turn in rad of a first-order step.
 const LARGEST_TURN: f64 = 10.0;
-
-/// How sure this filter is of the inclination in motion at best, in rad. Its own covariance says tens of degrees.
-const UNSURE: f64 = 0.05;
 /// Where the bias stands in the state.
 const BIAS: usize = 3;
 
@@ -134,10 +131,6 @@ impl<S: Scalar> Filter<S> for DcmImu<S> {
         self.roll = chosen(lanes, half_of(angles.roll), self.roll);
         self.yaw = chosen(lanes, half_of(angles.yaw), self.yaw);
         self.q = Quat::select(lanes, q, self.q);
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn claimed(&self) -> [S; 2] {
-        [S::of(UNSURE * UNSURE), S::one()]
     }
     #[cold]
     #[inline(never)]

@@ -116,9 +116,6 @@ const LARGEST_RATE: f64 = 1e4;
 /// The largest variance of a quaternion's component, and of the angular rate in rad²/s².
 const LARGEST_VARIANCES: [f64; 2] = [1.0, 1e4];
 
-/// How sure this filter is of the inclination in motion at best, in rad.
-const UNSURE: f64 = 0.05;
-
 /// The largest half turn in rad of a first-order step.
 const LARGEST_TURN: f64 = 10.0;
 
@@ -179,12 +176,6 @@ impl<S: Scalar> Filter<S> for EKF<S> {
             &self.error.p,
         );
         self.q = Quat::select(lanes, q, self.q);
-    }
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    /// The covariance of this filter is not one to be watched by: its noises are those of a sensor at rest, in motion it is far
-    /// too sure. A gross error is one by any measure.
-    fn claimed(&self) -> [S; 2] {
-        [S::of(UNSURE * UNSURE), S::one()]
     }
     #[cold]
     #[inline(never)]

@@ -221,8 +221,7 @@ impl<S: Scalar> Filter<S> for MEKF<S> {
         let params = &self.params;
         let limits = Thresholds { gyr: params.rest_gyr, acc: params.rest_acc, time: params.rest_time };
         let acc = (sample.acc.value, sample.acc.valid, self.acc_interval);
-        // One reading is no mean over a gap.
-        let shown = S::select(sample.lost, dt.min(longest), dt);
+        let shown = sample.rest_time(dt);
         self.flags.rest = self.rest.step((sample.gyr, shown), acc, &limits);
 
         if sample.acc.valid.any() {

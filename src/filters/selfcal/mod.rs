@@ -268,13 +268,12 @@ impl<S: Scalar> Filter<S> for SelfCalKF<S> {
             self.flags.acc_rejected = self.block.pushes(acc.valid, r, acc.value, &self.state, self.acc_interval);
         }
         let limits = Thresholds { gyr: self.params.rest_gyr, acc: self.params.rest_acc, time: self.params.rest_time };
-        // One reading is no mean over a gap.
-        let shown_time = S::select(sample.lost, dt.min(longest), dt);
-        let rests = self.rest.step((sample.gyr, shown_time), (acc.value, acc.valid, self.acc_interval), &limits);
+        let shown = sample.rest_time(dt);
+        let rests = self.rest.step((sample.gyr, shown), (acc.value, acc.valid, self.acc_interval), &limits);
         self.acc_interval = S::select(acc.valid, S::zero(), self.acc_interval);
         let slow = (self.rest.rate() - self.state.bias()).norm2().lt(limits.gyr * limits.gyr);
         self.flags.rest = rests & slow;
-        self.block.rest = self.block.rest + S::select(self.flags.rest, shown_time, S::zero());
+        self.block.rest = self.block.rest + S::select(self.flags.rest, shown, S::zero());
 
         let mag = &sample.mag;
         if mag.valid.any() {
