@@ -38,6 +38,14 @@ def number(name: str, value: object) -> float:
         raise ValueError(f"{name}: expected a number, got {value!r}") from None
 
 
+def positive(name: str, value: object) -> float:
+    """The argument as a positive finite number; ``ValueError`` where it is none."""
+    found = number(name, value)
+    if not 0.0 < found < np.inf:
+        raise ValueError(f"{name}: expected a positive number, got {value}")
+    return found
+
+
 def choice(name: str, value: object, options: tuple[str, ...]) -> str:
     """The argument, one of the options; ``ValueError`` where it is none of them."""
     if not isinstance(value, str) or value not in options:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ahrs_rs import _arrays
+from ahrs_rs import _arrays, _quat
 from ahrs_rs._typing import BoolArray, FloatArray, Floats
 
 #: Rounding of the inputs that turns the attitude by 1/64 rad, about a degree, leaves it undetermined.
@@ -148,21 +148,7 @@ def of_matrix(matrix: FloatArray) -> FloatArray:
     The four rows are q times each of its parts (F. L. Markley, "Unit quaternion from rotation matrix", Journal of
     Guidance, Control, and Dynamics 31(2), 2008); the longest one has no cancellation at any rotation.
     """
-    m = matrix
-    trace = np.trace(m, axis1=-2, axis2=-1)
-    wx, wy, wz = (m[..., i, j] - m[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0)))
-    xy, xz, yz = (m[..., i, j] + m[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2)))
-    xx, yy, zz = (1.0 + 2.0 * m[..., i, i] - trace for i in range(3))
-    rows = np.stack(
-        (
-            columns(1.0 + trace, wx, wy, wz),
-            columns(wx, xx, xy, xz),
-            columns(wy, xy, yy, yz),
-            columns(wz, xz, yz, zz),
-        ),
-        axis=-2,
-    )
-    return longest(rows)
+    return longest(_quat.products_of(matrix))
 
 
 def longest(rows: FloatArray) -> FloatArray:

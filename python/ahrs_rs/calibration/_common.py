@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ahrs_rs import _arrays, _validate
+from ahrs_rs import _arrays
 from ahrs_rs._typing import FloatArray
 
 AXES = "xyz"
@@ -70,14 +70,6 @@ def vector(name: str, value: ArrayLike, length: int) -> FloatArray:
     if array.shape != (length,):
         raise ValueError(f"{name}: expected shape ({length},), got {array.shape}")
     return array
-
-
-def positive(name: str, value: Any) -> float:
-    """A positive finite number."""
-    number = _validate.number(name, value)
-    if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"{name}: expected a positive number, got {value}")
-    return number
 
 
 def count_of(value: Any, options: tuple[int, ...]) -> int:

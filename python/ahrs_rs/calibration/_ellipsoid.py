@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
+from ahrs_rs._validate import positive
 from ahrs_rs.calibration import _directions, _ellipsoid_fit, _fit_result, _linear, _sphere, _sums, _windows
-from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, count_of, positive, readings
+from ahrs_rs.calibration._common import AXES, CalibrationError, CalibrationWarning, count_of, readings
 from ahrs_rs.calibration._fit_result import EllipsoidFit
 from ahrs_rs.calibration._model import Calibration
 

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
+from ahrs_rs._validate import positive
 from ahrs_rs.calibration._calibrations import Calibrations
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, several
+from ahrs_rs.calibration._common import AXES, CalibrationError, readings, several
 from ahrs_rs.calibration._gyroscope import FASTEST_REST
 from ahrs_rs.calibration._model import Calibration
 from ahrs_rs.calibration._turns import Turn, fit_gain, turns_of

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _html, _quat
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings
+from ahrs_rs._validate import positive
+from ahrs_rs.calibration._common import AXES, CalibrationError, readings
 from ahrs_rs.calibration._model import Calibration
 from ahrs_rs.calibration._turns import WORST_CONDITION, Turn, doubt, fit_gain, steps, turns_of
 

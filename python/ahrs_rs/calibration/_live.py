@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _arrays
 from ahrs_rs._typing import FloatArray
+from ahrs_rs._validate import positive
 from ahrs_rs.calibration import _directions, _linear, _sphere_fit
-from ahrs_rs.calibration._common import count_of, positive, readings
+from ahrs_rs.calibration._common import count_of, readings
 from ahrs_rs.calibration._directions import BANDS, SECTORS
 from ahrs_rs.calibration._ellipsoid import PARAMETERS, magnetometer
 from ahrs_rs.calibration._fit_result import EllipsoidFit

@@ -22,7 +22,8 @@ from ahrs_rs import _native
 from ahrs_rs._recording import Recording
 from ahrs_rs._slerp import Attitudes
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import CalibrationError, positive, readings
+from ahrs_rs._validate import positive
+from ahrs_rs.calibration._common import CalibrationError, readings
 
 __all__ = ["MagDelay", "mag_delay"]
 

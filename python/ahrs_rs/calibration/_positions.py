@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from ahrs_rs import _arrays, _html
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
+from ahrs_rs._validate import positive
 from ahrs_rs.calibration import _windows
-from ahrs_rs.calibration._common import AXES, CalibrationError, positive, readings, several
+from ahrs_rs.calibration._common import AXES, CalibrationError, readings, several
 from ahrs_rs.calibration._model import Calibration
 
 if TYPE_CHECKING:

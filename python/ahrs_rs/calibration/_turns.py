@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ahrs_rs._typing import FloatArray
-from ahrs_rs._validate import number
+from ahrs_rs._validate import number, positive
 from ahrs_rs.calibration._common import (
     AXES,
     CalibrationError,
     CalibrationWarning,
-    positive,
     readings,
     several,
     vector,

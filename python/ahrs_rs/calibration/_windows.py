@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ahrs_rs._constants import GRAVITY
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.calibration._common import CalibrationError, positive, readings
+from ahrs_rs._validate import positive
+from ahrs_rs.calibration._common import CalibrationError, readings
 
 #: Windows vary at rest by at most so many times the spread of the quietest tenth of all windows ...
 TIMES_QUIETEST = 3.0

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _quat, _validate
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.chain._common import Attitudes, positive, quaternions, unit_vector
+from ahrs_rs._validate import positive
+from ahrs_rs.chain._common import Attitudes, quaternions, unit_vector
 from ahrs_rs.rotation import mean
 
 __all__ = ["FunctionalAxis", "SegmentAlignment", "align_by_motion", "align_by_pose", "functional_axis"]

@@ -61,11 +61,3 @@ def clock(given: Attitudes, t: ArrayLike | None, rate: float | None, count: int)
     if t is None and rate is None and isinstance(given, Estimate):
         t = given.t
     return _validate.times("t", t, rate, count)
-
-
-def positive(name: str, given: object) -> float:
-    """A positive number."""
-    number = _validate.number(name, given)
-    if not 0.0 < number < np.inf:
-        raise ValueError(f"{name}: expected a positive number, got {given!r}")
-    return number

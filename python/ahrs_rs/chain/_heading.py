@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _quat
 from ahrs_rs._typing import FloatArray
-from ahrs_rs.chain._common import Attitudes, clock, pair, positive
+from ahrs_rs._validate import positive
+from ahrs_rs.chain._common import Attitudes, clock, pair
 from ahrs_rs.chain._joints import Joint
 from ahrs_rs.rotation import unwrap
 

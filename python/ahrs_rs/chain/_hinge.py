@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ahrs_rs import _validate
 from ahrs_rs._typing import BoolArray, FloatArray
-from ahrs_rs.chain._common import positive
+from ahrs_rs._validate import positive
 from ahrs_rs.chain._constraints import LEAST, Readings, fitted, rate_errors, starts, system, tangents_of
 
 __all__ = ["HingeAxis", "hinge_axis"]

@@ -169,9 +169,7 @@ def unwrap(angles: ArrayLike, *, period: float = 2.0 * math.pi, axis: int = -1) 
     array([170.,  nan, 190., 210.])
     """
     given = _validate.reals("angles", angles)
-    turn = _validate.number("period", period)
-    if not 0.0 < turn < math.inf:
-        raise ValueError(f"period: expected a positive number, got {period!r}")
+    turn = _validate.positive("period", period)
     along = _validate.axes("axis", (axis,), given.shape, "one of an array of shape")[0]
     rows = np.moveaxis(given, along, -1)
     before, _ = _last_known(rows, ~np.isnan(rows))
